@@ -107,6 +107,8 @@ pub struct Suitability {
     pub alike_up_to_a: Option<f64>,
     /// Largest allowed phase current in A.
     pub most_current_a: f64,
+    /// The state of the rotor, if the scenario or an override sets it, so that it alone was judged; none for locked and free.
+    pub rotor: Option<Rotor>,
     /// The methods tried, in the order of [`CANDIDATES`].
     pub candidates: Vec<Candidate>,
     /// The methods not tried because they do not have all settings of the detector that the scenario sets.
@@ -300,6 +302,7 @@ impl Suitability {
             strongest: pole_signature(motor, bench.most_current),
             alike_up_to_a: poles::alike_up_to(bench),
             most_current_a: bench.most_current,
+            rotor: bench.rotors.first().copied().filter(|_| bench.rotors.len() == 1),
             is_undecided: recommended.is_none() && !untried.is_empty(),
             candidates,
             left_out: Vec::new(),

@@ -106,20 +106,24 @@ fn changed(
     // What does not help together does not help alone, so the last is the first.
     changes.rotate_right(1);
     let (mut together, count) = (true, changes.len());
-    for (number, change) in changes.into_iter().enumerate() {
-        let (helps, cut) = if !together && change.is_finer() {
+    for (number, mut change) in changes.into_iter().enumerate() {
+        let (helps, is_open) = if !together && change.is_finer() {
             (None, false)
         } else {
             hear(Progress::Change(&change.words));
             // One part stays for the demands.
             let share = 1.0 / (count - number + 1) as f64;
             let (helps, cut) = bench.work.within(share, || of_change(bench, &change, methods, &short));
-            let helps = helps?;
-            together = helps.is_some() || cut || change.keys.len() < 2 && together;
-            (helps, cut)
+            let (helps, is_open) = helps?;
+            if is_open && helps.is_none() {
+                change.words = format!("more starts with {}", change.words);
+            }
+            let is_open = is_open || cut;
+            together = helps.is_some() || is_open || change.keys.len() < 2 && together;
+            (helps, is_open)
         };
         let demands = change.current.map(|current| Demands { current_a: Some(current), ..*bench.demands });
-        let is_open = helps.is_none() && cut;
+        let is_open = helps.is_none() && is_open;
         advice.push((is_open, Advice { change: change.words, keys: change.keys, demands, helps }));
     }
     // The simplest first.
@@ -129,13 +133,16 @@ fn changed(
     Ok(tried.into_iter().map(|(_, advice)| advice).collect())
 }
 
-/// Returns settings that meet the demands after a change; `None` if no settings do.
+/// Settings that meet the demands, `None` if no settings do; and whether some met them on starts that were too few to show it.
+type Helps = (Option<Setting>, bool);
+
+/// Returns settings that meet the demands after a change.
 fn of_change(
     bench: &Bench<'_>,
     change: &Change,
     methods: &[(MethodName, &Found)],
     short: &[MethodName],
-) -> Result<Option<Setting>, SuitabilityError> {
+) -> Result<Helps, SuitabilityError> {
     let mut document = bench.document.clone();
     for (key, value) in &change.keys {
         document.set(key, value, Origin::CommandLine)?;
@@ -143,33 +150,36 @@ fn of_change(
     let demands = Demands { current_a: change.current.or(bench.demands.current_a), ..*bench.demands };
     let mut changed = Bench::new(&document, bench.motor, &demands, bench.work);
     changed.has_pole = bench.has_pole;
-    let helps = searched(&changed, short)?;
-    let (None, Some(lifted)) = (&helps, change.lifts) else { return Ok(helps) };
+    let (helps, mut is_open) = searched(&changed, short)?;
+    let (None, Some(lifted)) = (&helps, change.lifts) else { return Ok((helps, is_open)) };
     // Methods that are not searched anew, whose only objection is the one that is lifted.
     for (_, found) in methods.iter().filter(|(method, _)| !short.contains(method)) {
-        if let Some(look) = found.looks.iter().find(|look| look.margins.is_kept_but(lifted))
-            && changed.confirm(&look.setting, 0)?.is_ok()
-        {
-            return Ok(Some(look.setting.clone()));
+        if let Some(look) = found.looks.iter().find(|look| look.margins.is_kept_but(lifted)) {
+            match changed.confirm(&look.setting, 0)? {
+                Ok(_) => return Ok((Some(look.setting.clone()), false)),
+                Err(refused) => is_open |= refused.is_open,
+            }
         }
     }
-    Ok(None)
+    Ok((None, is_open))
 }
 
-/// Searches each method and returns the first settings that meet the demands.
-fn searched(bench: &Bench<'_>, methods: &[MethodName]) -> Result<Option<Setting>, SuitabilityError> {
+/// Searches each method for the first settings that meet the demands.
+fn searched(bench: &Bench<'_>, methods: &[MethodName]) -> Result<Helps, SuitabilityError> {
+    let mut is_open = false;
     for method in methods {
         let found = match bench.search(*method) {
             Err(SuitabilityError::File(_)) => continue,
             found => found?,
         };
         for (failed, look) in (0..2).zip(found.looks.iter().filter(|look| look.margins.is_kept())) {
-            if bench.confirm(&look.setting, failed)?.is_ok() {
-                return Ok(Some(look.setting.clone()));
+            match bench.confirm(&look.setting, failed)? {
+                Ok(_) => return Ok((Some(look.setting.clone()), false)),
+                Err(refused) => is_open |= refused.is_open,
             }
         }
     }
-    Ok(None)
+    Ok((None, is_open))
 }
 
 /// Ratios of L_q to L_d that are tried if a data sheet gives both axes the same inductance.
@@ -193,7 +203,7 @@ fn salient(
         let Some((document, motor)) = with_motor(bench.document, &change) else { return Ok(None) };
         hear(Progress::Change(&change.words));
         let changed = Bench::new(&document, &motor, bench.demands, bench.work);
-        if let Some(setting) = searched(&changed, methods)? {
+        if let (Some(setting), _) = searched(&changed, methods)? {
             let Change { words, keys, .. } = change;
             return Ok(Some(Advice { change: words, keys, demands: None, helps: Some(setting) }));
         }
@@ -220,7 +230,7 @@ pub(super) fn alternatives(
     if bench.has_pole {
         let mut axis = Bench::new(bench.document, bench.motor, bench.demands, bench.work);
         axis.has_pole = false;
-        if let Some(setting) = searched(&axis, &short(methods))? {
+        if let (Some(setting), _) = searched(&axis, &short(methods))? {
             all.extend(axis.alternative(Way::Axis, setting)?);
         }
     }

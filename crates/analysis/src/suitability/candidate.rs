@@ -280,7 +280,10 @@ impl Bench<'_> {
                         candidates[number] = self.candidate(look.setting.method, &one)?;
                     }
                     match confirmed {
-                        Ok(confirmed) => return Ok(Some((number, confirmed))),
+                        Ok(confirmed) => {
+                            self.take_upper_end(&mut candidates[number])?;
+                            return Ok(Some((number, confirmed)));
+                        }
                         Err(why) => refused = why,
                     }
                     failed += 1;
@@ -292,5 +295,19 @@ impl Bench<'_> {
             }
         }
         Ok(None)
+    }
+    /// Lowers the margins of a candidate that suits to those of the upper end of a range of saturation, if there is one.
+    fn take_upper_end(&self, candidate: &mut Candidate) -> Result<(), SuitabilityError> {
+        let (Some(end), Some(margins)) = (self.upper_end, candidate.margins) else { return Ok(()) };
+        let trials = if is_slow(candidate.method()) { FEW_TRIALS } else { TRIALS };
+        let mut states = Vec::new();
+        for rotor in &end.rotors {
+            states.extend(end.starts(&candidate.setting, *rotor, SEARCH, trials)?);
+        }
+        if !states.is_empty() {
+            let least = margins.least(&end.margins(&states.iter().collect::<Vec<_>>()));
+            (candidate.margins, candidate.binding) = (Some(least), Some(least.binding().0));
+        }
+        Ok(())
     }
 }

@@ -51,7 +51,7 @@ pub struct Confirmed {
     /// Upper bound of the share of wrong poles: from their number if they were counted, else from the distribution of
     /// the pole evidence if it is normal. None if poles are not judged.
     pub wrong_poles_at_most: Option<f64>,
-    /// Largest movement of a free rotor, in electrical degrees.
+    /// Largest movement of a rotor that is not locked, in electrical degrees.
     pub moved_deg: f64,
     /// Largest phase current in A.
     #[serde(rename = "peak_current_A")]
@@ -68,9 +68,7 @@ impl Confirmed {
         largest(&mut self.p95_at_most_deg, summary.p95_deg.high);
         largest(&mut self.without_angle_at_most, without);
         largest(&mut self.peak_current_a, summary.peak_current_a);
-        if starts.rotor == Rotor::Free {
-            largest(&mut self.moved_deg, summary.max_moved_deg);
-        }
+        largest(&mut self.moved_deg, summary.max_moved_deg);
         if starts.spread.is_counted() {
             self.counted = Some(self.counted.unwrap_or(0) + summary.trials);
         }
@@ -98,12 +96,14 @@ pub(super) struct Refused {
     pub objections: Vec<String>,
     /// As in [`Candidate::wanting`](super::Candidate::wanting).
     pub wanting: Option<Wanting>,
+    /// True if the fresh starts met all demands and were only too few to show it.
+    pub is_open: bool,
 }
 
 impl Refused {
     /// Objections that more starts do not remove.
     pub const fn because(objections: Vec<String>) -> Self {
-        Self { objections, wanting: None }
+        Self { objections, wanting: None, is_open: false }
     }
 }
 
@@ -147,8 +147,9 @@ impl Bench<'_> {
             for rotor in &bench.rotors {
                 match bench.held(setting, *rotor, CONFIRMATION + failed)? {
                     Ok(starts) => confirmed.add(&starts, bench.without_answer(&starts)),
-                    Err(Refused { objections, wanting }) => {
-                        return Ok(Err(Refused { objections: bench.located(objections), wanting }));
+                    Err(refused) => {
+                        let objections = bench.located(refused.objections);
+                        return Ok(Err(Refused { objections, ..refused }));
                     }
                 }
             }
@@ -205,20 +206,21 @@ impl Bench<'_> {
                         let is_all = self.upper_end.is_none() && self.most_saturation.is_none();
                         let seed = self.scenario(setting, rotor)?.seed.wrapping_add(draws);
                         let wanting = is_all.then_some(Wanting { starts: COUNTED, seed });
-                        return Ok(Err(Refused { objections: vec![objection], wanting }));
+                        return Ok(Err(Refused { objections: vec![objection], wanting, is_open: true }));
                     }
                     COUNTED
                 }
                 _ if trials == few => many,
                 _ => {
-                    return Ok(Err(Refused::because(vec![format!(
+                    let objection = format!(
                         "{trials} fresh starts leave room for a p95 of {p95:.2}° ({}° demanded), {:.2} % without an angle or a pole ({} % demanded), {:.3} % wrong poles ({} % demanded)",
                         self.demands.error_deg,
                         100.0 * without,
                         100.0 * self.demands.without_angle,
                         100.0 * wrong,
                         100.0 * self.demands.wrong_poles,
-                    )])));
+                    );
+                    return Ok(Err(Refused { is_open: true, ..Refused::because(vec![objection]) }));
                 }
             };
         }

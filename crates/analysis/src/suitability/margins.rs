@@ -93,6 +93,18 @@ impl Margins {
         }
     }
 
+    /// Returns of each demand the smaller of two margins.
+    pub(super) fn least(&self, other: &Self) -> Self {
+        Self {
+            error: self.error.min(other.error),
+            movement: self.movement.min(other.movement),
+            current: self.current.min(other.current),
+            time: self.time.min(other.time),
+            pole: self.pole.zip(other.pole).map(|(a, b)| a.min(b)),
+            answers: self.answers.min(other.answers),
+        }
+    }
+
     /// Returns all margins with their demands.
     pub fn all(&self) -> [(Demand, f64); 6] {
         [

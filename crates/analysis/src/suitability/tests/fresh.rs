@@ -109,3 +109,24 @@ fn law_settings_of_a_range_of_saturation_suffice_at_both_ends() {
     assert!(suffices([0.05, 0.05], between) && suffices([0.05, 0.15], 60.0));
     assert!(!suffices([0.05, 0.15], between));
 }
+
+/// Fresh starts that are too few to show a demand leave it open; those that miss one do not.
+#[test]
+fn law_too_few_starts_refute_nothing() {
+    let (document, found) = &*SUITED;
+    let setting = &found.recommended().expect("suited").setting;
+    let motor = document.motor().expect("a motor");
+    let refused = |demands: Demands| {
+        let work = unbounded();
+        let bench = Bench::new(document, &motor, &demands, &work);
+        match bench.confirm(setting, 0) {
+            Ok(Err(refused)) => refused,
+            _ => panic!("refused"),
+        }
+    };
+    // None in 2,000 is at most 1.8 in a thousand.
+    let open = refused(Demands { without_angle: 1e-3, ..Demands::default() });
+    assert!(open.is_open && open.objections[0].contains("leave room"), "{open:?}");
+    let missed = refused(Demands { error_deg: 1e-3, ..Demands::default() });
+    assert!(!missed.is_open && missed.objections[0].contains("are demanded"), "{missed:?}");
+}

@@ -10,7 +10,7 @@ use standstill_analysis::{Candidate, Condition, Demand, Demands, Effort, Setting
 use standstill_detect::Method;
 use standstill_plant::{DataSheet, Motor};
 use standstill_report::page::{Block, Column, Table, Tone};
-use standstill_scenario::ErrorSet;
+use standstill_scenario::{ErrorSet, Rotor};
 
 use crate::shell::values::without_setting;
 
@@ -111,12 +111,12 @@ fn percent(share: f64) -> String {
 pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
     let found = asked.found;
     let reasons = asked.reasons().into_iter().chain(assumptions(asked.sheet)).collect();
-    let table = Table::new(columns_of_check()).judged(found.candidates.iter().map(cells));
+    let table = Table::new(columns_of_check(found.rotor)).judged(found.candidates.iter().map(cells));
     let mut blocks = vec![Block::List(reasons), Block::Table(table)];
     if let Some(candidate) = found.recommended() {
         let settings = settings(&candidate.settings, found.has_magnet && !found.pole_is_open());
         let settings = settings.into_iter().map(|(name, value)| (name.to_owned(), value));
-        blocks.extend([Block::Text(recommendation(candidate)), Block::Facts(settings.collect())]);
+        blocks.extend([Block::Text(recommendation(candidate, found)), Block::Facts(settings.collect())]);
         blocks.extend(confirmed(found).map(Block::Text));
         blocks.extend(turning::said(asked).map(Block::Text));
     }
@@ -136,11 +136,17 @@ fn untried(asked: &Checked<'_>) -> Option<String> {
         .then(|| format!("Not tried, as the work of --effort {effort} was done: {}.", untried.join("; ")))
 }
 
-fn recommendation(candidate: &Candidate) -> String {
+fn recommendation(candidate: &Candidate, found: &Suitability) -> String {
     let method = candidate.setting.method;
+    // No other rotor has a demand on its movement.
+    let is_free = found.rotor.is_none_or(|rotor| rotor == Rotor::Free);
+    let mut and = if is_free { " and in movement" } else { "" }.to_owned();
+    if matches!(found.condition, Some(Condition::Saturation { .. })) {
+        and += ", at the worse of both saturations (the table has the smaller one)";
+    }
     let mut said = if candidate.margin().is_finite() {
         format!(
-            "Recommended: {method}, {} times better than demanded in error and in movement",
+            "Recommended: {method}, {} times better than demanded in error{and}",
             factor(candidate.margin())
         )
     } else {
@@ -168,9 +174,11 @@ fn kept(demand: Demand, margin: f64) -> String {
 /// Returns the sentence on the results of fresh starts; none if there were no fresh starts.
 fn confirmed(found: &Suitability) -> Option<String> {
     let (fresh, candidate) = (found.confirmed()?, found.recommended()?);
-    let (locked, free) = (candidate.locked.trials > 0, candidate.free.max_moved_deg > 0.0);
-    let mut states =
-        if locked { "with the rotor locked and free" } else { "of the rotor as it is" }.to_owned();
+    let mut states = match found.rotor {
+        None => "with the rotor locked and free".to_owned(),
+        Some(Rotor::Brake) => "with a brake that holds the rotor".to_owned(),
+        Some(rotor) => format!("with the rotor {}", rotor.name()),
+    };
     if let Some(Condition::Saturation { least, most, .. }) = found.condition {
         let _ = write!(states, ", with both saturations of {} and {}", percent(least), percent(most));
     }
@@ -185,11 +193,7 @@ fn confirmed(found: &Suitability) -> Option<String> {
     let sectors = [&candidate.locked, &candidate.free].iter().any(|summary| summary.sectors.is_some());
     let beyond = if sectors { " beyond their sectors" } else { "" };
     let without = if fresh.wrong_poles_at_most.is_some() { "an angle or a pole" } else { "an angle" };
-    let moved = if free {
-        format!("A free rotor moved by {:.3}° at most; ", fresh.moved_deg)
-    } else {
-        String::new()
-    };
+    let moved = movement(found.rotor, fresh.moved_deg);
     Some(format!(
         "On {} fresh starts {states} (seed {}): 95 of 100 errors within {:.2}°{beyond}, at most {} without {without} ({:.0} % confidence each){poles}. {moved}{} A flowed at most.",
         fresh.starts,
@@ -199,6 +203,17 @@ fn confirmed(found: &Suitability) -> Option<String> {
         100.0 * fresh.confidence,
         amperes(fresh.peak_current_a),
     ))
+}
+
+/// Returns the part of that sentence on the rotor's movement; empty for one that does not move, or is driven.
+fn movement(rotor: Option<Rotor>, moved_deg: f64) -> String {
+    match rotor {
+        None | Some(Rotor::Free) => format!("A free rotor moved by {moved_deg:.3}° at most; "),
+        Some(Rotor::Brake) if moved_deg > 0.0 => format!(
+            "The rotor moved by {moved_deg:.3}° at most in the play of its brake, which does not count as the movement of a free rotor; "
+        ),
+        _ => String::new(),
+    }
 }
 
 /// Formats a small share.
@@ -251,11 +266,13 @@ const fn short(demand: Demand) -> &'static str {
     }
 }
 
-fn columns_of_check() -> [Column; 7] {
+/// Returns the table's columns; `rotor`: the state of the rotor that alone was judged.
+fn columns_of_check(rotor: Option<Rotor>) -> [Column; 7] {
+    let loose = rotor.filter(|rotor| *rotor != Rotor::Locked).unwrap_or(Rotor::Free);
     [
         Column::word("method"),
         Column::number("p95 ° locked"),
-        Column::number("p95 ° free").rank(1),
+        Column::number(format!("p95 ° {}", loose.name())).rank(1),
         Column::number("ms").rank(3),
         Column::number("peak A").rank(1),
         Column::number("moved °").rank(2),
@@ -321,11 +338,29 @@ mod tests {
     }
 
     #[test]
+    fn law_the_play_of_a_brake_moves_no_free_rotor() {
+        assert!(movement(None, 0.5).starts_with("A free rotor moved by 0.500°"));
+        let brake = movement(Some(Rotor::Brake), 2.0);
+        assert!(
+            brake.contains("2.000°") && brake.contains("play of its brake") && !brake.contains("A free"),
+            "{brake}"
+        );
+        for (rotor, moved) in [(Rotor::Brake, 0.0), (Rotor::Locked, 0.0), (Rotor::Driven, 40.0)] {
+            assert_eq!(movement(Some(rotor), moved), "");
+        }
+        let heads = |rotor| Table::new(columns_of_check(rotor)).judged([]).within(140, false);
+        assert!(
+            heads(Some(Rotor::Brake)).contains("p95 ° brake")
+                && heads(Some(Rotor::Locked)).contains("p95 ° free")
+        );
+    }
+
+    #[test]
     fn regress_what_decides_stays_where_there_is_little_room() {
         let cells =
             ["maximum-likelihood-adaptive", "0.08", "0.09", "7.5", "60", "0.12", "suited; current binds"];
         let row = || std::iter::once((Tone::Good, cells.map(str::to_owned).to_vec()));
-        let said = |columns: usize| Table::new(columns_of_check()).judged(row()).within(columns, false);
+        let said = |columns: usize| Table::new(columns_of_check(None)).judged(row()).within(columns, false);
         for name in ["p95 ° locked", "p95 ° free", "ms", "peak A", "moved °"] {
             assert!(said(140).contains(name), "{}", said(140));
         }

@@ -3,6 +3,7 @@
 use standstill_analysis::Demands;
 use standstill_campaign::{Summary, binomial_interval};
 use standstill_quantity::at_most;
+use standstill_scenario::Rotor;
 
 use super::verdict::Poles;
 use crate::results::FinishedRun;
@@ -42,8 +43,8 @@ impl Standing {
     }
 }
 
-/// Returns for each demand what the starts show, and a text with the numbers. `is_free`: whether the rotor may move.
-pub fn demands(s: &Summary, judged: Poles, is_free: bool) -> Vec<(Standing, String)> {
+/// Returns for each demand what the starts show, and a text with the numbers. `rotor`: its state.
+pub fn demands(s: &Summary, judged: Poles, rotor: Rotor) -> Vec<(Standing, String)> {
     let mut all = Vec::new();
     // Where no pole was named, there is nothing to say of wrong ones.
     if s.found > 0 && judged != Poles::Open {
@@ -76,8 +77,14 @@ pub fn demands(s: &Summary, judged: Poles, is_free: bool) -> Vec<(Standing, Stri
         let text = format!("95 of 100 within {}°{beyond} ({}° allowed)", p95.alone(), DEMANDS.error_deg);
         all.push((shown, text));
     }
-    if is_free {
-        let moved = s.max_moved_deg;
+    let moved = s.max_moved_deg;
+    if rotor == Rotor::Brake && moved > 0.0 {
+        let text = format!(
+            "the rotor moved by {moved:.2}° at most in the play of its brake, which no demand counts"
+        );
+        all.push((Standing::Met, text));
+    }
+    if rotor == Rotor::Free {
         let text = format!("a free rotor moved by {moved:.2}° at most ({}° allowed)", DEMANDS.movement_deg);
         all.push((Standing::of(moved, moved, DEMANDS.movement_deg), text));
     }
@@ -121,7 +128,7 @@ mod tests {
             (s.found, s.axes) = (trials - undetermined, trials);
             s.wrong_pole_probability = binomial_interval(wrong, trials);
             (s.p95_deg.value, s.p95_deg.low, s.p95_deg.high) = (p95[0], p95[0], p95[1]);
-            demands(&s, Poles::Known, false).into_iter().map(|(shown, _)| shown).collect::<Vec<_>>()
+            demands(&s, Poles::Known, Rotor::Locked).into_iter().map(|(shown, _)| shown).collect::<Vec<_>>()
         };
         // 0.35 % open are within the one per cent that check allows, and no wrong pole of 2,000 starts shows no 0.01 %.
         assert!(of(2000, 7, 0, [0.4, 0.5]) == [Not, Met, Met]);

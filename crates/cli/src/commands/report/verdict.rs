@@ -2,7 +2,6 @@
 
 use standstill_campaign::Summary;
 use standstill_report::page::Tone;
-use standstill_scenario::Rotor;
 
 use super::demands::{DEMANDS, Standing, counted, demands, more, percent, whose};
 use crate::results::{FinishedRun, PointSummary, SummaryFile};
@@ -100,7 +99,7 @@ fn of_run(run: &FinishedRun, s: &Summary) -> (Tone, String, Vec<String>) {
     let judged = Poles::of(&run.summary);
     let open = judged == Poles::Open;
     let silent = (s.undetermined + s.failed) as f64 / s.trials as f64;
-    let all = demands(s, judged, run.file.rotor.state() == Rotor::Free);
+    let all = demands(s, judged, run.file.rotor.state());
     let any = |wanted: Standing| all.iter().any(|(shown, _)| *shown == wanted);
     let are_wrong = !open && s.wrong_pole_probability.value > DEMANDS.wrong_poles;
     let tone = if are_wrong || s.errors > 0 || (if open { s.axes } else { s.found }) == 0 {
