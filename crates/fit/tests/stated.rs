@@ -117,6 +117,20 @@ fn law_a_fit_predicts_records_that_it_has_not_seen() {
     assert!(matches!(fit(&mixed, &start, &|| false), Err(FitError::NoAngle(_))));
 }
 
+/// Large residuals in few rows do not follow each other: the noise at rest shows them.
+#[test]
+fn law_residuals_far_above_the_noise_at_rest_are_not_described() {
+    let found = fitted(&turned(0.0));
+    let rest = found.rest_rms.expect("rows at rest");
+    assert!(found.describes() && found.misfit().is_none() && found.residual_rms < 1.5 * rest, "{rest}");
+    for (times, described) in [(1.9, true), (2.1, false)] {
+        let other = Fit { rest_rms: Some(found.residual_rms / times), ..found.clone() };
+        assert_eq!((other.describes(), other.misfit().is_none()), (described, described), "{times}");
+        assert_eq!(other.sheet("t.csv", None).contains("WARNING"), !described);
+    }
+    assert!(Fit { rest_rms: None, ..found }.describes());
+}
+
 #[test]
 fn regress_an_angle_that_moves_within_a_record_is_refused() {
     let stages = [(50e-6, LOW), (200e-6, ALONG_A), (300e-6, LOW)];
