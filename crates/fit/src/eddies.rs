@@ -1,6 +1,7 @@
 //! Eddy currents: tests whether short pulses meet less inductance than slow ones.
 
 use super::parameters::Parameter;
+use super::pieces::longest_pulse;
 use super::record::Record;
 use super::result::{rest_rms, rms};
 use super::{ABOVE_REST, FitError, MISFIT, Solved, Work};
@@ -34,8 +35,11 @@ impl Work<'_> {
         (from.delay, from.lag) = (0.0, 0.0);
         from.shifts.iter_mut().flatten().for_each(|shift| *shift = 0.0);
         let depth = BEGIN_DEPTH;
-        from.plant.eddy =
-            EddyBranch { time_constant: BEGIN_TIME * self.longest_pulse(), d_depth: depth, q_depth: depth };
+        from.plant.eddy = EddyBranch {
+            time_constant: BEGIN_TIME * longest_pulse(&self.problem.pieces).max(1e-6),
+            d_depth: depth,
+            q_depth: depth,
+        };
         let lagging = match self.solved_for_identifiable(&from) {
             Err(FitError::Stopped) => return Err(FitError::Stopped),
             lagging => lagging.ok(),
@@ -49,14 +53,6 @@ impl Work<'_> {
         self.scatter = scatter;
         self.problem.free.clone_from(&solved.free);
         Ok(solved)
-    }
-
-    /// Returns the longest time in s between two edges while a leg is high and another low.
-    fn longest_pulse(&self) -> f64 {
-        let pieces = self.problem.pieces.iter();
-        let pairs = pieces.flat_map(|piece| piece.edges.windows(2));
-        let driven = pairs.filter(|pair| super::pieces::drives(pair[0].legs));
-        driven.map(|pair| pair[1].at - pair[0].at).fold(1e-6, f64::max)
     }
 }
 

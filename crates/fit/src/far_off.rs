@@ -39,7 +39,7 @@ impl Work<'_> {
             }
             (off, all)
         };
-        let traces = traces(self, point).ok_or(FitError::NoPlant)?;
+        let traces = traces(&self.problem, point).ok_or(FitError::NoPlant)?;
         let each: Vec<(f64, f64)> = traces.iter().map(squares).collect();
         let [off, all] = [|(off, _): &(f64, f64)| *off, |(_, all): &(f64, f64)| *all]
             .map(|which| each.iter().map(which).sum::<f64>());

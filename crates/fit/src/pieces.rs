@@ -51,6 +51,12 @@ impl Piece {
     }
 }
 
+/// Returns the longest time in s between two edges while the link's voltage is across the motor; zero without such a pulse that ends.
+pub fn longest_pulse(pieces: &[Piece]) -> f64 {
+    let pairs = pieces.iter().flat_map(|piece| piece.edges.windows(2)).filter(|pair| drives(pair[0].legs));
+    pairs.map(|pair| pair[1].at - pair[0].at).fold(0.0, f64::max)
+}
+
 /// Returns true if these requests put the link's voltage across the motor.
 pub fn drives(legs: [Request; 3]) -> bool {
     legs.contains(&Request::High) && legs.contains(&Request::Low)

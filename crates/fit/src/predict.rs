@@ -1,7 +1,7 @@
 //! Currents of records that a fit has not seen, predicted by the motor that it found.
 
 use super::parameters::{Point, loose_edges};
-use super::reached::traces_of;
+use super::reached::traces;
 use super::reading::Scatter;
 use super::record::{CHANNELS, COLUMNS, Record};
 use super::result::{Trace, rms, rms_of_currents};
@@ -61,7 +61,7 @@ impl Fit {
         point.shifts = problem.pieces.iter().map(|piece| vec![0.0; piece.edges.len()]).collect();
         let (point, sum, _) =
             problem.solve(point, &mut scatter.clone(), MOST_STEPS, &|| false).ok_or(FitError::NoPlant)?;
-        let traces = traces_of(&problem, &point).ok_or(FitError::NoPlant)?;
+        let traces = traces(&problem, &point).ok_or(FitError::NoPlant)?;
         let residuals: Vec<f64> = sum.residuals.into_iter().flatten().collect();
         Ok(Prediction {
             file: record.file.clone(),

@@ -14,7 +14,8 @@ impl Work<'_> {
     /// Returns the largest simulated currents in A along +d, along −d and along q in either direction.
     pub(super) fn reached(&self, point: &Point) -> [f64; 3] {
         let mut reached = [0.0_f64; 3];
-        for (piece, trace) in self.problem.pieces.iter().zip(traces(self, point).unwrap_or_default()) {
+        for (piece, trace) in self.problem.pieces.iter().zip(traces(&self.problem, point).unwrap_or_default())
+        {
             let axes: [(f64, f64); 3] = std::array::from_fn(|k| {
                 standstill_numeric::sin_cos(2.0 * PI / 3.0 * k as f64 - point.plant.angle - piece.turn)
             });
@@ -40,12 +41,7 @@ impl Work<'_> {
 }
 
 /// Returns the measured and simulated currents of all pieces.
-pub(super) fn traces(work: &Work, point: &Point) -> Option<Vec<Trace>> {
-    traces_of(&work.problem, point)
-}
-
-/// Returns the measured and simulated currents of a problem's pieces.
-pub(super) fn traces_of(problem: &Problem, point: &Point) -> Option<Vec<Trace>> {
+pub(super) fn traces(problem: &Problem, point: &Point) -> Option<Vec<Trace>> {
     let pieces = &problem.pieces;
     let trace = |(piece, shifts): (&super::pieces::Piece, &Vec<f64>)| {
         let begin = piece.rows[0].time - super::plant::MARGIN;

@@ -197,7 +197,7 @@ pub(super) fn conclude(
     let discrepancies = discrepancies(&parameters, start, known_before);
     let fixed_biases = fixed_biases(&spread, &free, &fixed, &parameters);
     let non_identifiable = work.non_identifiable(&sum, &solved.point);
-    let traces = traces(&work, &solved.point).ok_or(FitError::NoPlant)?;
+    let traces = traces(&work.problem, &solved.point).ok_or(FitError::NoPlant)?;
     let residuals: Vec<f64> = sum.residuals.iter().flatten().copied().collect();
     let expected = |scatter: &Scatter| scatter.rms() * scatter.rms();
     let weighted: f64 = sum

@@ -3,7 +3,7 @@
 use standstill_plant::{Motor, built_in};
 
 use super::parameters::Point;
-use super::pieces::{self, Piece, drives};
+use super::pieces::{self, Piece};
 use super::plant::{Frame, Law, NO_EDDIES, Plant};
 use super::reading::{Scatter, clip_of, steps_of};
 use super::record::{CHANNELS, LINK, Record, Request};
@@ -115,11 +115,7 @@ pub fn begin(
         point.plant.resistance = motor.resistance;
         (motor.clone(), l_d / (0.5 * (l_d + l_q)))
     } else {
-        let driven = |piece: &Piece| {
-            let pairs = piece.edges.windows(2).filter(|pair| drives(pair[0].legs));
-            pairs.map(|pair| pair[1].at - pair[0].at).fold(0.0, f64::max)
-        };
-        let longest = pieces.iter().map(driven).fold(0.0, f64::max);
+        let longest = pieces::longest_pulse(pieces);
         // Time constants of motors are tens of the pulses that raise their rated current.
         point.plant.resistance = inductance / (40.0 * longest.max(1e-6));
         (built_in("paper-5k5")?, 0.8)

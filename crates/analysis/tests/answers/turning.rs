@@ -208,7 +208,7 @@ fn regress_a_direction_that_samples_cannot_know_is_not_stated() {
     }
 }
 
-/// Where south draws more current, what a turning magnet induces looks like the other pole; and pulses whose current circulates for
+/// Where south draws more current, the voltage that a turning magnet induces speaks for the other pole. Pulses whose current circulates for
 /// milliseconds turn a free rotor.
 #[test]
 fn regress_line_pulses_name_no_pole_that_a_turning_rotor_has_left() {
@@ -294,7 +294,7 @@ fn table_of_methods_over_speed() {
     }
 }
 
-/// What these starts of a rotor at this speed in rpm ended with.
+/// Counts the outcomes of starts of a rotor at a speed in rpm.
 fn counted(all: &[Record], rpm: f64) -> String {
     let errors_deg: Vec<f64> = all.iter().filter_map(Record::axis_error_deg).collect();
     let rms = (errors_deg.iter().map(|e| e * e).sum::<f64>() / errors_deg.len() as f64).sqrt();

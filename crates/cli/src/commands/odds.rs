@@ -192,7 +192,7 @@ fn expected(settings: &Settings, done: &[(End, u32)]) -> u64 {
     // Some millions.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let trials = (f64::from(RUNS) * states + runs as f64 * (levels - 1.0).max(0.0) * level) as u64;
-    // Where nothing leads to the event, plain trials follow; after the first run at once.
+    // Runs that find no way to the event are followed by plain trials; a first run that finds none, at once.
     match done {
         [(End::Flat, 1)] => u64::from(settings.states + settings.counted()),
         _ if done.iter().filter(|(end, _)| *end == End::Flat).count() * 2 > RUNS as usize => {

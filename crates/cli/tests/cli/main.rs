@@ -37,7 +37,6 @@ mod nameplates;
 mod nexts;
 mod odds;
 mod pages;
-mod predicted;
 mod printed;
 mod products;
 mod promises;

@@ -221,49 +221,6 @@ fn law_check_gives_a_verdict_with_reasons_and_its_code() {
     assert_eq!(names(folder.path()), ["check-reluctance-6k7.toml"]);
 }
 
-/// Of a motor without a magnet an axis is the answer, whichever command asks.
-#[test]
-fn law_every_command_counts_an_axis_as_the_answer_of_a_motor_without_poles() {
-    let folder = folder();
-    let at = folder.path();
-    fs::write(at.join("s.toml"), "motor = \"reluctance-6k7\"\ndetector.method = \"bipolar\"\n")
-        .expect("written");
-    let list = "trials = 100\nodds = \"off\"\n[[requirement]]\nid = \"A\"\ntext = \"The angle is good.\"\nlimit = \"P(|e| > 3 deg) <= 10 %\"\n";
-    fs::write(at.join("list.toml"), list).expect("written");
-    let asked = |arguments: &[&str]| {
-        let output = standstill(arguments, at);
-        let text = String::from_utf8(output.stdout).expect("text");
-        assert_eq!(
-            output.status.code(),
-            Some(0),
-            "{arguments:?}: {text} {}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-        text
-    };
-    let json = |arguments: &[&str]| serde_json::from_str::<Value>(&asked(arguments)).expect("JSON");
-    let run = json(&["run", "s.toml", "--trials", "40", "--json", "--out", "r"]);
-    let summary = &run["summary"];
-    for (name, count) in [("found", 40), ("undetermined", 0), ("failed", 0), ("wrong_poles", 0)] {
-        assert_eq!(summary[name], count, "{name}: {summary}");
-    }
-    let report = asked(&["report", "r"]);
-    assert!(
-        report.contains("0 % without an axis") && report.contains("a motor without a magnet has none"),
-        "{report}"
-    );
-    let trace = asked(&["trace", "s.toml", "--angle", "200", "--out", "t"]);
-    assert!(trace.contains("found the axis ") && trace.contains(", error "), "{trace}");
-    let compared = json(&["compare", "s.toml", "--method", "bipolar", "--trials", "20", "--json"]);
-    assert_eq!(compared[0]["right"], 1.0, "{compared}");
-    asked(&["faults", "s.toml", "--trials", "20", "--out", "f"]);
-    let table = fs::read_to_string(at.join("f/faults.csv")).expect("a table");
-    let own = table.lines().find(|line| line.contains("as it is")).expect("as it is");
-    assert!(!own.contains("answer alike"), "{own}");
-    let qualified = asked(&["qualify", "s.toml", "list.toml", "--no-witness", "--out", "q"]);
-    assert!(qualified.contains("passed"), "{qualified}");
-}
-
 #[test]
 fn law_check_writes_the_scenario_that_goes_on_and_replaces_nothing() {
     let folder = folder();

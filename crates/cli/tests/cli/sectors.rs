@@ -1,11 +1,12 @@
-//! Answers that are sectors: in the files of a run, in sweeps beside angles, in odds and budgets.
+//! Answers that are sectors: in the files of a run, in sweeps beside angles, in odds and budgets; and answers that are axes.
 
 use std::fs;
 use std::path::Path;
 
 use super::campaigns::succeed;
 use super::changed::write_with_its_digest;
-use super::folder;
+use super::{folder, standstill};
+use serde_json::Value;
 
 const FAN: &str = include_str!("../../../../examples/scenarios/six-pulse-fan.toml");
 
@@ -116,4 +117,47 @@ fn regress_a_budget_lists_no_key_of_current_sensors_where_no_current_is_read() {
     for key in ["sensors.terminal_gain_error", "sensors.terminal_noise", "sensors.terminal_bits"] {
         assert!(said.contains(key), "{key} not in\n{said}");
     }
+}
+
+/// A motor without a magnet has no poles: every command takes its axis for the answer.
+#[test]
+fn law_every_command_counts_an_axis_as_the_answer_of_a_motor_without_poles() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("s.toml"), "motor = \"reluctance-6k7\"\ndetector.method = \"bipolar\"\n")
+        .expect("written");
+    let list = "trials = 100\nodds = \"off\"\n[[requirement]]\nid = \"A\"\ntext = \"The angle is good.\"\nlimit = \"P(|e| > 3 deg) <= 10 %\"\n";
+    fs::write(at.join("list.toml"), list).expect("written");
+    let asked = |arguments: &[&str]| {
+        let output = standstill(arguments, at);
+        let text = String::from_utf8(output.stdout).expect("text");
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{arguments:?}: {text} {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        text
+    };
+    let json = |arguments: &[&str]| serde_json::from_str::<Value>(&asked(arguments)).expect("JSON");
+    let run = json(&["run", "s.toml", "--trials", "40", "--json", "--out", "r"]);
+    let summary = &run["summary"];
+    for (name, count) in [("found", 40), ("undetermined", 0), ("failed", 0), ("wrong_poles", 0)] {
+        assert_eq!(summary[name], count, "{name}: {summary}");
+    }
+    let report = asked(&["report", "r"]);
+    assert!(
+        report.contains("0 % without an axis") && report.contains("a motor without a magnet has none"),
+        "{report}"
+    );
+    let trace = asked(&["trace", "s.toml", "--angle", "200", "--out", "t"]);
+    assert!(trace.contains("found the axis ") && trace.contains(", error "), "{trace}");
+    let compared = json(&["compare", "s.toml", "--method", "bipolar", "--trials", "20", "--json"]);
+    assert_eq!(compared[0]["right"], 1.0, "{compared}");
+    asked(&["faults", "s.toml", "--trials", "20", "--out", "f"]);
+    let table = fs::read_to_string(at.join("f/faults.csv")).expect("a table");
+    let own = table.lines().find(|line| line.contains("as it is")).expect("as it is");
+    assert!(!own.contains("answer alike"), "{own}");
+    let qualified = asked(&["qualify", "s.toml", "list.toml", "--no-witness", "--out", "q"]);
+    assert!(qualified.contains("passed"), "{qualified}");
 }

@@ -37,7 +37,7 @@ fn law_a_start_without_a_pole_is_no_wrong_answer_where_poles_are_judged() {
     let setting = &SUITED.1.recommended().expect("suited").setting;
     let named = driven(&document, setting, 0.0);
     assert!(named.summary.found > 0 && named.wrong(0.0, true) == named.summary.found, "{:?}", named.summary);
-    // What the magnet induces hides the pole, and the axis is 6° behind.
+    // The magnet's induced voltage hides the pole. The axis lags by 6°.
     let open = driven(&document, setting, 140.0);
     assert_eq!((open.summary.found, open.summary.undetermined), (0, 32), "{:?}", open.summary);
     assert_eq!((open.wrong(5.0, true), open.wrong(5.0, false)), (0, 32), "{:?}", open.summary);

@@ -65,7 +65,8 @@ pub(super) fn shown(answer: Answer, fit: &Fit, predicted: &[Prediction]) -> Answ
     let traces: Vec<_> = predicted.iter().flat_map(|of| of.traces.iter().cloned()).collect();
     let files: Vec<&str> = predicted.iter().map(|of| of.file.as_str()).collect();
     let title = format!("Prediction over measurement: {}", files.join(", "));
-    let subtitle = "from the other traces' fit; lines: 95 % of what that fit left".to_owned();
+    let subtitle =
+        "simulated with the fit of the other traces; lines: 95 % of that fit's residuals".to_owned();
     answer.with(
         "prediction",
         figures::fit(&traces, fit.expected_rms, &title, subtitle),
