@@ -29,6 +29,7 @@ pub(crate) mod replay;
 use std::f64::consts::TAU;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use standstill_detect::{Settings, SettingsError};
 use standstill_interface::{Command, Nanos};
 use standstill_inverter::{DcLink, GateTiming, Inverter};
@@ -102,7 +103,7 @@ pub struct Bounds<'a, S> {
 
 /// Cramér–Rao bounds on the standard deviation of the angle, in electrical degrees. Zero for sensors without noise, quantization
 /// and jitter; infinite if the readings do not determine the angle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bound {
     /// Bound from the samples that the commands request.
     pub scheme_deg: f64,

@@ -143,7 +143,7 @@ pub enum SuitabilityError {
     #[error(transparent)]
     Campaign(#[from] CampaignError),
     /// The Cramér–Rao limit could not be computed.
-    #[error(transparent)]
+    #[error("no Cramér–Rao limit: {0}")]
     Bound(#[from] BoundError),
 }
 

@@ -59,6 +59,10 @@ pub enum Error {
     Scenario(#[from] FileError),
     #[error(transparent)]
     Journal(#[from] JournalError),
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+    #[error(transparent)]
+    Suitability(#[from] SuitabilityError),
     #[error("{0}")]
     Threads(String),
     #[error(transparent)]
@@ -103,26 +107,6 @@ impl Error {
         match error {
             TableError::Write(error) => Self::Write(path.to_owned(), error),
             error => Self::Table(error),
-        }
-    }
-}
-
-impl From<SweepError> for Error {
-    fn from(error: SweepError) -> Self {
-        match error {
-            SweepError::File(error) => Self::Scenario(error),
-            SweepError::Journal(error) => Self::Journal(error),
-            SweepError::Threads(_) => Self::Threads(error.to_string()),
-        }
-    }
-}
-
-impl From<SuitabilityError> for Error {
-    fn from(error: SuitabilityError) -> Self {
-        match error {
-            SuitabilityError::File(error) => Self::Scenario(error),
-            SuitabilityError::Campaign(error) => Self::Campaign(error),
-            SuitabilityError::Bound(error) => Self::Bound(error),
         }
     }
 }

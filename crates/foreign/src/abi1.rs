@@ -1,10 +1,10 @@
 //! ABI 1: libraries compiled with the first `standstill.h`, which had no sizes, link current, terminals or comparators.
 //! They are called through these types and receive only the data of that version.
 
-use std::ffi::{c_char, c_void};
+use std::ffi::c_void;
 use std::mem::offset_of;
 
-use standstill_interface::abi::{self, Answer, Command, Create, Destroy, Drive, Legs, Reason, Sample, Stage};
+use standstill_interface::abi::{Answer, Command, Drive, Legs, Sample, Stage};
 
 /// `sizeof(sts_drive)` of ABI 1, whose fields are the first of the present one.
 #[allow(clippy::cast_possible_truncation, reason = "a struct of some bytes")]
@@ -109,51 +109,7 @@ impl From<&Answer1> for Answer {
     }
 }
 
+// Of ABI 1's table of functions, whose fields are the first of the present one, these two have other types.
 pub type Step1 =
     unsafe extern "C-unwind" fn(*mut c_void, *const Sample1, u32, *mut Command1, *mut Answer1) -> i32;
 pub type Isr1 = unsafe extern "C-unwind" fn(*mut c_void, *const Sample1, *mut Legs1, *mut Answer1) -> i32;
-
-/// `sts_detector`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct Table1 {
-    pub abi: u32,
-    pub size: u32,
-    pub flags: u32,
-    pub pwm_hz: u32,
-    pub sample_at: f32,
-    pub update_delay: u32,
-    pub name: *const c_char,
-    pub create: Option<Create>,
-    pub destroy: Option<Destroy>,
-    pub reason: Option<Reason>,
-    pub step: Option<Step1>,
-    pub isr: Option<Isr1>,
-}
-
-impl Table1 {
-    /// Converts the table to the present version, without the functions `step` and `isr`.
-    pub fn common(&self) -> abi::Table {
-        let Self { abi, size, flags, pwm_hz, sample_at, update_delay, name, create, destroy, reason, .. } =
-            *self;
-        abi::Table {
-            abi,
-            size,
-            flags,
-            pwm_hz,
-            sample_at,
-            update_delay,
-            name,
-            create,
-            destroy,
-            reason,
-            step: None,
-            isr: None,
-            probe: None,
-            samples: 0,
-            sample_every: 0.0,
-            task: None,
-            task_ns: 0,
-        }
-    }
-}

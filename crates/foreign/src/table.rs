@@ -1,12 +1,12 @@
 //! The table that `sts_entry` returns, and the check of its version.
 #![allow(unsafe_code, reason = "a function of a foreign library is called, and what it returns is read")]
 
-use std::mem::MaybeUninit;
+use std::mem::{MaybeUninit, transmute};
 use std::ptr::copy_nonoverlapping;
 
-use crate::abi1::{Isr1, Step1, Table1};
+use crate::abi1::{Isr1, Step1};
 use crate::library::LoadError;
-use standstill_interface::abi::{self, Entry, Table};
+use standstill_interface::abi::{self, Entry, Isr, Step, Table};
 
 /// The functions of a library's two levels, by the version of its header.
 #[derive(Clone, Copy)]
@@ -37,23 +37,26 @@ pub fn table_of(entry: Entry) -> Result<(Table, Calls), LoadError> {
     for asked in [abi::ABI, 1].map(asked) {
         match version(asked) {
             None => {}
-            Some((abi::ABI, size)) => {
+            Some((version @ (1 | abi::ABI), size)) => {
                 large_enough(size, Table::LEAST)?;
+                let known = if version == 1 { Table::LEAST } else { size_of::<Table>() };
                 let mut table = MaybeUninit::<Table>::zeroed();
-                // SAFETY: of this version, as large as it says, and no more than there is room for; of a table zeros are zeros and
-                // functions that there are not.
-                let table = unsafe {
-                    let bytes = (size as usize).min(size_of::<Table>());
+                // SAFETY: as large as it says, and no more than its version and this one have in common; of a table zeros are zeros
+                // and functions that there are not.
+                let mut table = unsafe {
+                    let bytes = (size as usize).min(known);
                     copy_nonoverlapping(asked.cast::<u8>(), table.as_mut_ptr().cast(), bytes);
                     table.assume_init()
                 };
-                return Ok((table, Calls::Present));
-            }
-            Some((1, size)) => {
-                large_enough(size, size_of::<Table1>())?;
-                // SAFETY: of that version, as large as it says.
-                let table = unsafe { *asked.cast::<Table1>() };
-                return Ok((table.common(), Calls::First { step: table.step, isr: table.isr }));
+                if version == abi::ABI {
+                    return Ok((table, Calls::Present));
+                }
+                // SAFETY: of that version these functions have these types.
+                let calls = unsafe {
+                    let step = transmute::<Option<Step>, Option<Step1>>(table.step.take());
+                    Calls::First { step, isr: transmute::<Option<Isr>, Option<Isr1>>(table.isr.take()) }
+                };
+                return Ok((table, calls));
             }
             Some((other, _)) => return Err(unknown(Some(other))),
         }

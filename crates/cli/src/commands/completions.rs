@@ -10,6 +10,7 @@ use standstill_scenario::{Values, keys};
 use crate::arguments::{Arguments, Completions, Man};
 use crate::error::Error;
 use crate::shell::Report;
+use crate::shell::command_line::filled;
 use crate::shell::output::{Output, file_list};
 
 pub fn completions(options: &Completions) -> Report {
@@ -66,46 +67,13 @@ fn quoted(text: &str) -> String {
 /// completed by the words before it. Where no motor fits, bash completes file names itself, with its quotes.
 fn bash() -> String {
     let settings: Vec<String> = settings().into_iter().map(|(setting, _)| setting).collect();
-    format!(
-        r#"
-_standstill_settings="{}"
-_standstill_keys="{}"
-_standstill_motors="{}"
-_standstill_or_setting() {{
-    local IFS=$' \t\n' current="${{COMP_WORDS[COMP_CWORD]}}" at=$COMP_CWORD key="" option
-    if [[ $current == "=" ]]; then current=""; at=$((at + 1)); fi
-    if [[ ${{COMP_WORDS[at - 1]}} == "=" ]]; then key="${{COMP_WORDS[at - 2]}}="; at=$((at - 2)); fi
-    option="${{COMP_WORDS[at - 1]}}"
-    if [[ $option == "=" ]]; then option="${{COMP_WORDS[at - 2]}}"; elif [[ $key == --set= ]]; then option=--set; key=""; fi
-    if [[ $option == --key ]]; then
-        COMPREPLY=($(compgen -W "$_standstill_keys" -- "$current"))
-        return 0
-    fi
-    if [[ $option == --motor ]]; then
-        COMPREPLY=($(compgen -W "$_standstill_motors" -- "$current"))
-        return 0
-    fi
-    if [[ $option == -s || $option == --set || $option == --vary ]]; then
-        COMPREPLY=($(compgen -W "$_standstill_settings" -- "$key$current"))
-        COMPREPLY=("${{COMPREPLY[@]#"$key"}}")
-        [[ ${{#COMPREPLY[@]}} -eq 1 && ${{COMPREPLY[0]}} == *= ]] && type compopt >/dev/null 2>&1 && compopt -o nospace
-        return 0
-    fi
-    _standstill "$@"
-    case " {} " in
-        *" ${{COMP_WORDS[1]}} "*)
-            if [[ $current != -* && $COMP_CWORD -eq 2 ]]; then
-                COMPREPLY=($(compgen -W "$_standstill_motors" -- "$current"))
-            fi ;;
-    esac
-}}
-complete -F _standstill_or_setting -o bashdefault -o default standstill
-"#,
-        settings.join(" "),
-        keys().map(|key| key.path).collect::<Vec<_>>().join(" "),
-        motors(),
-        of_scenarios().join(" "),
-    )
+    let values = [
+        ("settings", settings.join(" ")),
+        ("keys", keys().map(|key| key.path).collect::<Vec<_>>().join(" ")),
+        ("motors", motors()),
+        ("commands", of_scenarios().join(" ")),
+    ];
+    filled(include_str!("completions/bash.sh"), &values)
 }
 
 /// Names of the values of options that set or vary a key.

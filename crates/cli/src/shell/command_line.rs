@@ -64,6 +64,12 @@ pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'
     words.join(" ")
 }
 
+/// Fills in a template: the value of each name that stands between two `§`.
+pub fn filled(template: &str, values: &[(&str, String)]) -> String {
+    let value = |name: &str| values.iter().find(|(known, _)| *known == name).map_or("", |(_, value)| value);
+    template.split('§').enumerate().map(|(k, part)| if k % 2 == 0 { part } else { value(part) }).collect()
+}
+
 /// Joins a message of several lines into one, drops the parser's advice at its end, and makes control characters visible: a
 /// message quotes what stands in files, which must not drive a terminal.
 pub fn one_line(message: &str) -> String {

@@ -9,25 +9,21 @@ use std::io::Write as _;
 use std::path::PathBuf;
 use std::time::UNIX_EPOCH;
 
-use serde::{Deserialize, Serialize};
 use standstill_analysis::Bound;
 use standstill_campaign::NUMERICS;
 use standstill_detect::Method;
-use standstill_files::read_text;
+use standstill_files::read_at_most;
 use standstill_plant::Digest;
 use standstill_scenario::Scenario;
 
 use crate::shell::host;
 use crate::shell::output::{remove_stale, unfinished_prefix};
 
-/// A cached limit. Its numbers are stored as bits, because JSON cannot represent infinity and not-a-number.
-#[derive(Serialize, Deserialize)]
-struct Kept {
-    /// Everything that the limit depends on.
-    of: String,
-    /// Bits of the limit's four values; none if the method has no limit.
-    bound: Option<[Option<u64>; 4]>,
-}
+/// A cache entry: everything that the limit depends on, and the limit; none if the method has no limit.
+type Kept = (String, Option<Bound>);
+
+/// Largest size of an entry in bytes, most of it the scenario.
+const MOST_BYTES: u64 = 1 << 20;
 
 /// Returns the folder of the cache, inside the user's cache folder. None if there is no such folder, and in a host
 /// program, whose build is unknown.
@@ -59,19 +55,20 @@ pub fn limit<E>(
     let place = folder().zip(identity(scenario, angles)).map(|(folder, of)| {
         // Only a file's name: what stands in it decides.
         let Digest { bytes, crc32 } = Digest::of(of.as_bytes());
-        let name = format!("{crc32:08x}-{bytes}.json");
+        let name = format!("{crc32:08x}-{bytes}.limit");
         (folder.join(name), of)
     });
     if let Some((path, of)) = &place
-        && let Some(kept) = read_text(path).ok().and_then(|text| serde_json::from_str::<Kept>(&text).ok())
-        && kept.of == *of
+        && let Ok(bytes) = read_at_most(path, MOST_BYTES)
+        && let Ok((known, bound)) = postcard::from_bytes::<Kept>(&bytes)
+        && known == *of
     {
-        return Ok((kept.bound.map(bound), None));
+        return Ok((bound, None));
     }
     let found = compute()?;
     if let (Some((path, of)), (found, None)) = (place, &found) {
         // What cannot be kept is computed again.
-        let _ = write(&path, &Kept { of, bound: found.as_ref().map(bits) });
+        let _ = write(&path, &(of, *found));
     }
     Ok(found)
 }
@@ -82,24 +79,9 @@ fn write(path: &std::path::Path, kept: &Kept) -> std::io::Result<()> {
     fs::create_dir_all(folder)?;
     remove_stale(folder);
     let mut file = tempfile::Builder::new().prefix(&unfinished_prefix()).tempfile_in(folder)?;
-    file.write_all(&serde_json::to_vec(kept)?)?;
+    file.write_all(&postcard::to_stdvec(kept).map_err(std::io::Error::other)?)?;
     file.persist(path)?;
     Ok(())
-}
-
-fn bits(bound: &Bound) -> [Option<u64>; 4] {
-    [Some(bound.scheme_deg), bound.all_deg, bound.hybrid_deg, bound.hybrid_all_deg]
-        .map(|value| value.map(f64::to_bits))
-}
-
-fn bound([scheme, all_deg, hybrid_deg, hybrid_all_deg]: [Option<u64>; 4]) -> Bound {
-    let number = |bits: Option<u64>| bits.map(f64::from_bits);
-    Bound {
-        scheme_deg: number(scheme).unwrap_or(f64::NAN),
-        all_deg: number(all_deg),
-        hybrid_deg: number(hybrid_deg),
-        hybrid_all_deg: number(hybrid_all_deg),
-    }
 }
 
 #[cfg(test)]
@@ -114,9 +96,8 @@ mod tests {
             hybrid_deg: None,
             hybrid_all_deg: Some(0.3),
         };
-        let kept = Kept { of: String::new(), bound: Some(bits(&all)) };
-        let text = serde_json::to_vec(&kept).expect("JSON");
-        let again: Kept = serde_json::from_slice(&text).expect("as written");
-        assert_eq!(again.bound.map(bound), Some(all));
+        let kept: Kept = (String::new(), Some(all));
+        let bytes = postcard::to_stdvec(&kept).expect("bytes");
+        assert_eq!(postcard::from_bytes(&bytes), Ok(kept));
     }
 }
