@@ -43,6 +43,36 @@ static float turn1[2], turn2[2];       /* of this turn */
 static float square2[3];               /* of the turns' second harmonics, for their scatter: xx, xy, yy */
 static float turn_first[64][2];        /* first harmonics of the turns */
 
+static const char *const KEYS[] = { "pole", "voltage", "turns", "ignore", "threshold", "read", "begin" };
+
+/* Whether each line of the configuration has a key that there is. */
+static int known(const char *config)
+{
+    const char *line = config;
+    while (line != NULL && *line != '\0') {
+        size_t k, length = strcspn(line, "=\n");
+        for (k = 0; k < sizeof KEYS / sizeof KEYS[0]; k++) {
+            if (strlen(KEYS[k]) == length && strncmp(line, KEYS[k], length) == 0) {
+                break;
+            }
+        }
+        if (k == sizeof KEYS / sizeof KEYS[0]) {
+            return 0;
+        }
+        line = strchr(line, '\n');
+        line = line == NULL ? NULL : line + 1;
+    }
+    return 1;
+}
+
+/* The number behind a key; NAN if there is something else. */
+static float parsed(const char *text)
+{
+    char *end;
+    float value = strtof(text, &end);
+    return end == text || (*end != '\n' && *end != '\0') ? NAN : value;
+}
+
 static const char *text(const char *config, const char *key)
 {
     size_t length = strlen(key);
@@ -60,19 +90,24 @@ static const char *text(const char *config, const char *key)
 static float number(const char *config, const char *key, float usual)
 {
     const char *found = text(config, key);
-    return found == NULL ? usual : strtof(found, NULL);
+    return found == NULL ? usual : parsed(found);
 }
 
 static void *create(const sts_drive *drive, const char *config, uint64_t seed, const char **refused)
 {
     const char *pole = text(config, "pole");
+    float whole[2];
     (void)seed;
+    if (!known(config)) {
+        *refused = "the keys of the configuration are pole, voltage, turns, ignore, threshold, read, begin";
+        return NULL;
+    }
     dc_link = drive->dc_link;
     inverted = drive->ld > drive->lq;
     south = drive->stronger_pole < 0;
     voltage = number(config, "voltage", 0.4f * dc_link);
-    turns = (int)number(config, "turns", 8.0f);
-    ignore = (int)number(config, "ignore", 1.0f);
+    whole[0] = number(config, "turns", 8.0f);
+    whole[1] = number(config, "ignore", 1.0f);
     threshold = number(config, "threshold", 0.002f);
     by_level = text(config, "read") != NULL && strncmp(text(config, "read"), "level", 5) == 0;
     lead = text(config, "begin") != NULL && strncmp(text(config, "begin"), "back", 4) == 0 ? 2 * DIRECTIONS - 1 : 0;
@@ -82,14 +117,20 @@ static void *create(const sts_drive *drive, const char *config, uint64_t seed, c
         return NULL;
     }
     /* What three legs can make in any direction. */
+    if (!(threshold >= 0.0f)) {
+        *refused = "threshold must be 0 or more";
+        return NULL;
+    }
     if (!(voltage > 0.0f && voltage <= 0.577f * dc_link)) {
         *refused = "voltage must be more than 0 and at most 0.577 of the DC link";
         return NULL;
     }
-    if (turns < 1 || turns > 64 || ignore < 0 || ignore > 64) {
+    if (!(whole[0] >= 1.0f && whole[0] <= 64.0f && whole[1] >= 0.0f && whole[1] <= 64.0f)) {
         *refused = "turns must be from 1 to 64, ignore from 0 to 64";
         return NULL;
     }
+    turns = (int)whole[0];
+    ignore = (int)whole[1];
     return &tick;
 }
 

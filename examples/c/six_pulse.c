@@ -37,6 +37,36 @@ struct six {
     float time;          /* sum of the times, s */
 };
 
+static const char *const KEYS[] = { "threshold", "evidence", "longest_us" };
+
+/* Whether each line of the configuration has a key that there is. */
+static int known(const char *config)
+{
+    const char *line = config;
+    while (line != NULL && *line != '\0') {
+        size_t k, length = strcspn(line, "=\n");
+        for (k = 0; k < sizeof KEYS / sizeof KEYS[0]; k++) {
+            if (strlen(KEYS[k]) == length && strncmp(line, KEYS[k], length) == 0) {
+                break;
+            }
+        }
+        if (k == sizeof KEYS / sizeof KEYS[0]) {
+            return 0;
+        }
+        line = strchr(line, '\n');
+        line = line == NULL ? NULL : line + 1;
+    }
+    return 1;
+}
+
+/* The number behind a key; NAN if there is something else. */
+static float parsed(const char *text)
+{
+    char *end;
+    float value = strtof(text, &end);
+    return end == text || (*end != '\n' && *end != '\0') ? NAN : value;
+}
+
 /* A number of the configuration, or what is usual. */
 static float option(const char *config, const char *key, float usual)
 {
@@ -44,7 +74,7 @@ static float option(const char *config, const char *key, float usual)
     const char *line = config;
     while (line != NULL && *line != '\0') {
         if (strncmp(line, key, length) == 0 && line[length] == '=') {
-            return strtof(line + length + 1, NULL);
+            return parsed(line + length + 1);
         }
         line = strchr(line, '\n');
         line = line == NULL ? NULL : line + 1;
@@ -59,6 +89,10 @@ static void *create(const sts_drive *drive, const char *config, uint64_t seed, c
     (void)seed;
     if (drive->timer_tick == 0.0f) {
         *refused = "this drive captures no time: sensors.timer";
+        return NULL;
+    }
+    if (!known(config)) {
+        *refused = "the keys of the configuration are threshold, evidence, longest_us";
         return NULL;
     }
     six = calloc(1, sizeof *six);

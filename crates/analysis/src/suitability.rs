@@ -303,7 +303,8 @@ impl Suitability {
             alike_up_to_a: poles::alike_up_to(bench),
             most_current_a: bench.most_current,
             rotor: bench.rotors.first().copied().filter(|_| bench.rotors.len() == 1),
-            is_undecided: recommended.is_none() && !untried.is_empty(),
+            is_undecided: recommended.is_none()
+                && !(untried.is_empty() && candidates.iter().all(|of| of.wanting.is_none())),
             candidates,
             left_out: Vec::new(),
             recommended,
@@ -350,7 +351,7 @@ impl Suitability {
         self.recommended.as_ref().map(|(number, _)| &self.candidates[*number])
     }
 
-    /// Returns the best of the candidates that met the demands on fresh starts too few to show how rare wrong poles are.
+    /// Returns the best of the candidates that met the demands on fresh starts too few to show it.
     pub fn open(&self) -> Option<&Candidate> {
         let open = self.candidates.iter().filter(|of| of.wanting.is_some());
         open.max_by(|a, b| a.margin().total_cmp(&b.margin()))

@@ -89,7 +89,7 @@ pub enum Command {
     Slurm(Slurm),
     /// Which shards of a run are done, and which to submit again
     Status(Status),
-    /// What no method can do better with the same pulses: the Cramér–Rao limit over the rotor's angle
+    /// The Cramér–Rao limit of a method's commands over the rotor's angle: no unbiased estimate from the same readings is more exact
     Bounds(Bounds),
     /// A finished run as one HTML file, and its figures
     #[cfg(feature = "program")]

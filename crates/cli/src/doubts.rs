@@ -4,7 +4,7 @@ use standstill_detect::Method;
 use standstill_plant::Motor;
 use standstill_quantity::listed;
 use standstill_scenario::{Key, Scenario, Usual, Values, keys};
-use standstill_sim::Arrangement;
+use standstill_sim::{Arrangement, RotorState};
 
 use crate::shell::host;
 use crate::shell::terminal::tell;
@@ -15,6 +15,13 @@ pub fn warn(scenario: &Scenario<Method<f64>>) {
         for doubt in of(scenario) {
             tell(&format!("warning: {doubt}"));
         }
+    }
+}
+
+/// Prints a warning if a rotor is driven and does not turn. A study of its speed begins so.
+pub fn warn_standing(scenario: &Scenario<Method<f64>>) {
+    if let Some(doubt) = standing(scenario).filter(|_| host::current().is_none()) {
+        tell(&format!("warning: {doubt}"));
     }
 }
 
@@ -64,6 +71,14 @@ fn exchanged_axes(motor: &Motor) -> Option<String> {
             listed(&[d], "H"),
             listed(&[q], "H")
         )
+    })
+}
+
+/// Returns the warning on a driven rotor that does not turn.
+fn standing(scenario: &Scenario<Method<f64>>) -> Option<String> {
+    let stands = scenario.start_speed == 0.0 && scenario.acceleration == 0.0;
+    (scenario.rotor == RotorState::Driven && stands).then(|| {
+        "the rotor is driven at 0 rpm, so it stands: give its motion, such as `-s rotor.speed=\"100 rpm\"`".to_owned()
     })
 }
 
@@ -152,6 +167,19 @@ mod tests {
                 assert_eq!(found, [""; 0], "{motor}, {errors}");
             }
         }
+    }
+
+    #[test]
+    fn law_a_driven_rotor_that_stands_is_doubtful() {
+        let of = |rotor: &str| {
+            let document = Document::parse(Path::new("s"), &format!("[rotor]\n{rotor}")).expect("TOML");
+            standing(&document.scenario_of(&document.motor().expect("a motor")).expect("a scenario"))
+        };
+        assert!(of("state = \"driven\"").is_some_and(|said| said.contains("-s rotor.speed=")));
+        for moves in ["speed = \"1 rpm\"", "acceleration = \"60 rpm/s\""] {
+            assert_eq!(of(&format!("state = \"driven\"\n{moves}")), None);
+        }
+        assert_eq!(of("state = \"free\""), None);
     }
 
     #[test]

@@ -24,8 +24,8 @@ use std::io::Write;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use clap::Parser;
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory, Parser};
 
 use arguments::{Arguments, Command};
 use error::Error;
@@ -157,6 +157,38 @@ fn arguments(words: impl IntoIterator<Item = OsString>) -> Result<Arguments, Err
         {
             error.exit()
         }
-        _ => Error::Arguments(command_line::one_line(&error.render().to_string())),
+        _ => Error::Arguments(
+            as_key(&error).unwrap_or_else(|| command_line::one_line(&error.render().to_string())),
+        ),
     })
+}
+
+/// Returns the message on an option of other commands whose key `-s` sets in this command; none for other errors.
+fn as_key(error: &clap::Error) -> Option<String> {
+    let ContextValue::String(option) = error.get(ContextKind::InvalidArg)? else { return None };
+    let long = option.strip_prefix("--").filter(|_| error.kind() == ErrorKind::UnknownArgument)?;
+    let all = Arguments::command();
+    let mut options = all.get_subcommands().flat_map(clap::Command::get_arguments);
+    let key = options.find_map(|other| {
+        let help = other.get_help().filter(|_| other.get_long() == Some(long))?.to_string();
+        Some(help.split_once("[key: ")?.1.split([';', ']']).next()?.to_owned())
+    })?;
+    Some(format!("unexpected argument '{option}' found; this command sets its key: `-s {key}=VALUE`"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_an_option_of_other_commands_is_refused_with_its_key() {
+        let refused = |words: &[&str]| {
+            let words = std::iter::once("standstill").chain(words.iter().copied()).map(OsString::from);
+            arguments(words).expect_err("refused").to_string()
+        };
+        let said = refused(&["run", "a.toml", "--errors", "field"]);
+        assert!(said.ends_with("`-s errors=VALUE`") && !said.contains("tip"), "{said}");
+        assert!(refused(&["odds", "a.toml", "--rotor", "free"]).ends_with("`-s rotor.state=VALUE`"));
+        assert!(refused(&["run", "a.toml", "--shart", "1"]).contains("--shard"));
+    }
 }

@@ -208,7 +208,12 @@ pub fn changed(mut document: Document, keys: &Keys, shorthands: Shorthands) -> R
         let value = value.as_str().map(|name| from_here(name, &document));
         document.set_value(key, value.unwrap_or_default().into(), Origin::Option(option))?;
     }
-    for (key, value) in &keys.set {
+    for (number, (key, value)) in keys.set.iter().enumerate() {
+        if let Some((_, first)) = keys.set[..number].iter().find(|(other, _)| other == key) {
+            return Err(Error::Arguments(format!(
+                "--set: `{key}` is there twice, with `{first}` and `{value}`; needed once"
+            )));
+        }
         document.set(key, value, Origin::CommandLine)?;
     }
     if let Some(library) = &keys.detector {

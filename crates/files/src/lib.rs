@@ -15,7 +15,7 @@ mod table;
 
 pub use files::{Digest, Files, MOST_BYTES, open, open_as, read_at_most, read_text, remedy};
 pub use import::{MapError, MapLayout, MapPoint, MapSamples, MapValues, Place};
-pub use table::{TableError, in_words, key_span, line_of, quoted, read_keyed};
+pub use table::{TableError, in_words, key_span, line_of, quoted, read_keyed, syntax};
 
 /// The examples of the README run too.
 #[cfg(doctest)]

@@ -7,4 +7,4 @@ mod wording;
 
 pub(crate) use keyed::Keyed;
 pub use keyed::{TableError, in_words, read_keyed};
-pub use place::{key_span, line_of, quoted};
+pub use place::{key_span, line_of, quoted, syntax};

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 pub use standstill_files::sheet::Entry;
 use standstill_files::sheet::{Beyond, Sheet};
-use standstill_files::{Files, MapError, MapLayout, MapSamples, TableError, line_of};
+use standstill_files::{Files, MapError, MapLayout, MapSamples, TableError, line_of, syntax};
 use toml::{Table, Value};
 
 pub use self::error::MotorError;
@@ -115,7 +115,7 @@ impl DataSheet {
         let format = |message| MotorError::Format { file: file.to_owned(), message };
         let table = text.parse::<Table>().map_err(|error| {
             let line = error.span().map(|span| format!("line {}: ", line_of(text, span.start)));
-            format(line.unwrap_or_default() + &error.message().replace('\n', " "))
+            format(line.unwrap_or_default() + &syntax(text, &error))
         })?;
         if table.contains_key("nameplate") {
             return Self::of_nameplate(file, &table, Some(text));

@@ -27,6 +27,11 @@ pub(crate) static PREFIXES: [Prefix; 7] = [
 ];
 
 impl Prefix {
+    /// Returns all prefixes, from small to large.
+    pub(crate) fn all() -> impl Iterator<Item = &'static Self> {
+        PREFIXES.iter()
+    }
+
     /// Returns the power of ten of a prefix in any spelling.
     pub(crate) fn power_of(text: &str) -> Option<i32> {
         PREFIXES.iter().find(|prefix| prefix.spellings().any(|spelling| spelling == text)).map(|p| p.power)

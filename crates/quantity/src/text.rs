@@ -24,13 +24,30 @@ impl fmt::Display for QuantityError {
             let prefixes = prefix::typed();
             write!(
                 f,
-                "`{found}` is not a finite number in {symbol}, such as \"1.5 {symbol}\", with or without a prefix {prefixes}"
+                "`{found}` is not a finite number in {symbol}, such as \"1.5 {symbol}\", with or without a prefix {prefixes}{}",
+                self.dimension.hint(found).unwrap_or_default()
             )
         }
     }
 }
 
 impl std::error::Error for QuantityError {}
+
+/// Units that data sheets have and scenarios do not, without blanks: each with the symbol of its dimension and its value in that unit.
+const FOREIGN: [(&str, &str, f64); 12] = [
+    ("hp", "W", 745.7),
+    ("ps", "W", 735.5),
+    ("rad/s", "rpm", 30.0 / std::f64::consts::PI),
+    ("rps", "rpm", 60.0),
+    ("rad", "deg", 180.0 / std::f64::consts::PI),
+    ("min", "s", 60.0),
+    ("kgcm2", "kg m²", 1e-4),
+    ("gcm2", "kg m²", 1e-7),
+    ("ncm", "N m", 1e-2),
+    ("kgcm", "N m", 0.098_066_5),
+    ("ozin", "N m", 0.007_061_55),
+    ("lbft", "N m", 1.355_818),
+];
 
 /// Returns the number that a text begins with, and the rest, without blanks around them.
 ///
@@ -60,6 +77,33 @@ impl Dimension {
             format!("{number}e{power}").parse()
         };
         value.ok().filter(|value: &f64| value.is_finite()).ok_or_else(error)
+    }
+
+    /// Returns the end of an error message that guesses what a refused text means; none if nothing is known of its unit.
+    fn hint(&self, text: &str) -> Option<String> {
+        let (number, unit) = split(text);
+        let value: f64 = number.parse().ok()?;
+        let bare: String = unit.chars().filter(|c| !matches!(c, ' ' | '·' | '.' | '^')).collect();
+        let bare = bare.replace('²', "2").to_lowercase();
+        if let Some((_, _, factor)) =
+            FOREIGN.iter().find(|(name, symbol, _)| *name == bare && *symbol == self.symbol)
+        {
+            let digits = crate::magnitude(value * factor).unwrap_or(0) - 4;
+            let short = rounded(rounded(value * factor, -digits).round(), digits);
+            return Some(format!("; {text} are {}", self.text(short)));
+        }
+        if bare.ends_with("rms") {
+            return Some(
+                "; a unit does not say that a value is an rms value: the keys of rms values end in `_rms`"
+                    .to_owned(),
+            );
+        }
+        let alike = |prefix: &Prefix| {
+            let spelled = |symbol: &str| format!("{}{symbol}", prefix.symbol);
+            self.spellings().map(spelled).find(|spelled| spelled.to_lowercase() == unit.to_lowercase())
+        };
+        let mut usual = Prefix::all().filter(|prefix| prefix.symbol == self.usual).chain(Prefix::all());
+        usual.find_map(alike).map(|unit| format!("; did you mean \"{number} {unit}\"?"))
     }
 
     /// Returns the power of ten of the SI unit that one of this unit is; none of another dimension's.
@@ -109,4 +153,35 @@ pub fn si_power(unit: &str) -> Option<i32> {
 /// Returns the value in SI and the symbol of its unit, which is empty for shares and plain numbers.
 pub fn any_quantity(text: &str) -> Option<(f64, &'static str)> {
     DIMENSIONS.iter().find_map(|dimension| Some((dimension.parse(text).ok()?, dimension.symbol)))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Unit as _;
+    use crate::unit::{
+        Ampere, Henry, KilogramSquareMetre, RevolutionsPerMinute, RevolutionsPerMinuteVolt, Watt,
+    };
+
+    /// What data sheets and keyboards write in place of a unit is refused with what it means.
+    #[test]
+    fn law_a_refused_unit_is_refused_with_a_guess() {
+        for (dimension, text, hint) in [
+            (Watt::DIMENSION, "1.5 hp", "; 1.5 hp are 1.1186 kW"),
+            (RevolutionsPerMinute::DIMENSION, "10 rad/s", "; 10 rad/s are 95.493 rpm"),
+            (KilogramSquareMetre::DIMENSION, "3.2 kg·cm²", "; 3.2 kg·cm² are 3.2e-4 kg m²"),
+            (Ampere::DIMENSION, "10 Arms", "the keys of rms values end in `_rms`"),
+            (Henry::DIMENSION, "2 mh", "; did you mean \"2 mH\"?"),
+            (RevolutionsPerMinuteVolt::DIMENSION, "40 RPM/V", "; did you mean \"40 rpm/V\"?"),
+        ] {
+            let refused = dimension.parse(text).expect_err(text).to_string();
+            assert!(refused.ends_with(hint), "{refused}");
+        }
+        // Nothing is guessed of what is not known, and of another dimension.
+        for (dimension, text) in
+            [(Watt::DIMENSION, "1.5 parsec"), (Ampere::DIMENSION, "1.5 hp"), (Henry::DIMENSION, "mH")]
+        {
+            let refused = dimension.parse(text).expect_err(text).to_string();
+            assert!(refused.ends_with('M'), "{refused}");
+        }
+    }
 }

@@ -55,7 +55,7 @@ impl ScenarioFile {
         let scenario = self.assemble(motor, files)?;
         if self.detector.python.is_none() {
             check_sensors(self.detector.method(), &scenario)?;
-            scenario.try_detector().map_err(|error| unworkable(&scenario.detector, &error))?;
+            scenario.try_detector().map_err(|error| unworkable(&scenario, &error))?;
         }
         Ok(scenario)
     }

@@ -5,7 +5,7 @@ mod error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use standstill_files::{Files, TableError, key_span, line_of, read_keyed};
+use standstill_files::{Files, TableError, key_span, line_of, read_keyed, syntax};
 use toml::{Table, Value};
 
 pub use self::error::{FileError, Origin};
@@ -42,7 +42,7 @@ impl Document {
         let table = text.parse::<Table>().map_err(|error| FileError::Syntax {
             file: file.to_owned(),
             line: line_of(text, error.span().map_or(0, |span| span.start)),
-            message: error.message().replace('\n', " "),
+            message: syntax(text, &error),
         })?;
         let files = Files::of(file.parent().unwrap_or_else(|| Path::new("")));
         Ok(Self {

@@ -7,9 +7,10 @@ use standstill_interface::choice;
 use standstill_plant::Motor;
 use standstill_scenario::{Document, Origin, Rotor};
 
-use super::bench::{Bench, SEARCH, Setting};
+use super::bench::{Bench, Look, SEARCH, Setting};
 use super::changes::{self, Change, digits, keyed};
 use super::condition::QUICK;
+use super::margins::Demand;
 use super::search::Found;
 use super::{Demands, Progress, Suitability, SuitabilityError, relaxed};
 
@@ -111,8 +112,9 @@ fn changed(
             (None, false)
         } else {
             hear(Progress::Change(&change.words));
-            // One part stays for the demands.
-            let share = 1.0 / (count - number + 1) as f64;
+            // One part stays for the demands. A change that lifts all that is missing is the likeliest.
+            let lifts = change.lifts.is_some_and(|lifted| kept_but(methods, lifted).next().is_some());
+            let share = if lifts { 0.5 } else { 1.0 / (count - number + 1) as f64 };
             let (helps, cut) = bench.work.within(share, || of_change(bench, &change, methods, &short));
             let (helps, is_open) = helps?;
             if is_open && helps.is_none() {
@@ -153,15 +155,20 @@ fn of_change(
     let (helps, mut is_open) = searched(&changed, short)?;
     let (None, Some(lifted)) = (&helps, change.lifts) else { return Ok((helps, is_open)) };
     // Methods that are not searched anew, whose only objection is the one that is lifted.
-    for (_, found) in methods.iter().filter(|(method, _)| !short.contains(method)) {
-        if let Some(look) = found.looks.iter().find(|look| look.margins.is_kept_but(lifted)) {
-            match changed.confirm(&look.setting, 0)? {
-                Ok(_) => return Ok((Some(look.setting.clone()), false)),
-                Err(refused) => is_open |= refused.is_open,
-            }
+    for look in kept_but(methods, lifted).filter(|look| !short.contains(&look.setting.method)) {
+        match changed.settled(std::iter::once((0, look)), &mut 0, &mut |_| {})? {
+            (_, Ok(_)) => return Ok((Some(look.setting.clone()), false)),
+            (_, Err(refused)) => is_open |= refused.is_open,
         }
     }
     Ok((None, is_open))
+}
+
+/// Returns of each method the best settings that meet all demands but this one, if there are any.
+fn kept_but<'a>(methods: &'a [(MethodName, &Found)], lifted: Demand) -> impl Iterator<Item = &'a Look> {
+    methods
+        .iter()
+        .filter_map(move |(_, found)| found.looks.iter().find(|look| look.margins.is_kept_but(lifted)))
 }
 
 /// Searches each method for the first settings that meet the demands.
@@ -172,11 +179,10 @@ fn searched(bench: &Bench<'_>, methods: &[MethodName]) -> Result<Helps, Suitabil
             Err(SuitabilityError::File(_)) => continue,
             found => found?,
         };
-        for (failed, look) in (0..2).zip(found.looks.iter().filter(|look| look.margins.is_kept())) {
-            match bench.confirm(&look.setting, failed)? {
-                Ok(_) => return Ok((Some(look.setting.clone()), false)),
-                Err(refused) => is_open |= refused.is_open,
-            }
+        let kept = found.looks.iter().enumerate().filter(|(_, look)| look.margins.is_kept());
+        match bench.settled(kept, &mut 0, &mut |_| {})? {
+            (place, Ok(_)) => return Ok((Some(found.looks[place].setting.clone()), false)),
+            (_, Err(refused)) => is_open |= refused.is_open,
         }
     }
     Ok((None, is_open))

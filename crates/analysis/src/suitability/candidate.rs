@@ -5,7 +5,7 @@ use standstill_detect::{Method, MethodName, Source};
 use standstill_plant::Motor;
 use standstill_scenario::{Document, Rotor};
 
-use super::bench::{Bench, SEARCH, SPENT, Setting};
+use super::bench::{Bench, Look, SEARCH, SPENT, Setting};
 use super::confirm::{Refused, Wanting};
 use super::margins::{Demand, Margins};
 use super::search::{Found, is_slow};
@@ -39,8 +39,7 @@ pub struct Candidate {
     pub free: Summary,
     /// Reasons why the method does not suit the motor; empty if it does.
     pub objections: Vec<String>,
-    /// Starts that show wrong poles to be as rare as demanded, where these alone are missing: fewer fresh starts met all demands, and the
-    /// check may do no more work.
+    /// Starts that show whether the demands are met: fewer fresh starts met them all and left room for more, and the check does no more work.
     pub wanting: Option<Wanting>,
     /// Margins by which the demands are met; none if the method cannot be set up.
     pub margins: Option<Margins>,
@@ -60,6 +59,20 @@ impl Candidate {
     /// Returns false if starts with these settings were left out because no work was left.
     pub fn is_judged(&self) -> bool {
         !self.objections.iter().any(|objection| objection.starts_with(SPENT))
+    }
+
+    /// Returns why fresh starts are run with these settings only after those of other methods, whose margins may be smaller; none if they are not.
+    pub fn why_late(&self) -> Option<&'static str> {
+        match self.lateness() {
+            [true, _] => Some("its starts take a hundred times as long"),
+            [_, true] => Some("its wrong poles must be counted in 37,000 starts"),
+            _ => None,
+        }
+    }
+
+    /// Settings whose wrong poles few starts show are confirmed first, and continuous injection last.
+    fn lateness(&self) -> [bool; 2] {
+        [is_slow(self.method()), Spread::of(self.settings).is_counted()]
     }
 
     /// Returns the smaller of the margins of error and movement: 1 is just enough, 0 if no angle was found.
@@ -252,50 +265,61 @@ impl Bench<'_> {
     ) -> Result<Option<(usize, Confirmed)>, SuitabilityError> {
         let mut order: Vec<usize> = (0..candidates.len()).collect();
         order.retain(|number| candidates[*number].objections.is_empty());
-        // Those whose wrong poles show in few starts first, and injections last.
-        let effort = |candidate: &Candidate| {
-            (is_slow(candidate.method()), Spread::of(candidate.settings).is_counted())
-        };
         order.sort_by(|a, b| {
             let (a, b) = (&candidates[*a], &candidates[*b]);
-            effort(a).cmp(&effort(b)).then(b.margin().total_cmp(&a.margin()))
+            a.lateness().cmp(&b.lateness()).then(b.margin().total_cmp(&a.margin()))
         });
         let mut failed = 0;
         for number in order {
             // The best is tried even if the few starts of its look were not quite enough.
-            let mut looks = found[number].looks.iter().enumerate();
-            let looks =
-                looks.by_ref().filter(|(rank, look)| *rank == 0 || look.margins.is_kept()).take(TRIED);
-            for (rank, look) in looks {
-                hear(Progress::Confirming(&look.setting));
-                let mut refused = Refused::because(self.sifted(&look.setting)?);
-                if refused.objections.is_empty() {
-                    let confirmed = self.confirm(&look.setting, failed)?;
-                    let is_better = match &confirmed {
-                        Ok(_) => true,
-                        Err(why) => why.wanting.is_some() && candidates[number].wanting.is_none(),
-                    };
-                    if rank > 0 && is_better {
-                        let one = Found { looks: vec![look.clone()], stop: found[number].stop };
-                        candidates[number] = self.candidate(look.setting.method, &one)?;
-                    }
-                    match confirmed {
-                        Ok(confirmed) => {
-                            self.take_upper_end(&mut candidates[number])?;
-                            return Ok(Some((number, confirmed)));
-                        }
-                        Err(why) => refused = why,
-                    }
-                    failed += 1;
+            let looks = found[number].looks.iter().enumerate();
+            let looks = looks.filter(|(rank, look)| *rank == 0 || look.margins.is_kept());
+            let (place, judged) = self.settled(looks, &mut failed, hear)?;
+            if place > 0 {
+                let one = Found { looks: vec![found[number].looks[place].clone()], stop: found[number].stop };
+                candidates[number] = self.candidate(candidates[number].method(), &one)?;
+            }
+            let candidate = &mut candidates[number];
+            match judged {
+                Ok(confirmed) => {
+                    self.take_upper_end(candidate)?;
+                    return Ok(Some((number, confirmed)));
                 }
-                let candidate = &mut candidates[number];
-                if rank == 0 || refused.wanting.is_some() && candidate.wanting.is_none() {
+                Err(refused) => {
                     (candidate.objections, candidate.wanting) = (refused.objections, refused.wanting);
                 }
             }
         }
         Ok(None)
     }
+
+    /// Confirms the first of a method's looks that fresh starts do not refuse, of [`TRIED`] at most, each with its place. `failed` counts the
+    /// failed confirmations. If all are refused, returns the first that only wants starts; if there is none, the first.
+    pub fn settled<'a>(
+        &self,
+        looks: impl Iterator<Item = (usize, &'a Look)>,
+        failed: &mut u64,
+        hear: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<(usize, Result<Confirmed, Refused>), SuitabilityError> {
+        let mut kept: Option<(usize, Refused)> = None;
+        for (place, Look { setting, .. }) in looks.take(TRIED) {
+            hear(Progress::Confirming(setting));
+            let mut refused = Refused::because(self.sifted(setting)?);
+            if refused.objections.is_empty() {
+                match self.confirm(setting, *failed)? {
+                    Ok(confirmed) => return Ok((place, Ok(confirmed))),
+                    Err(why) => refused = why,
+                }
+                *failed += 1;
+            }
+            if kept.as_ref().is_none_or(|(_, kept)| refused.is_open && !kept.is_open) {
+                kept = Some((place, refused));
+            }
+        }
+        let (place, refused) = kept.unwrap_or_else(|| (0, Refused::because(Vec::new())));
+        Ok((place, Err(refused)))
+    }
+
     /// Lowers the margins of a candidate that suits to those of the upper end of a range of saturation, if there is one.
     fn take_upper_end(&self, candidate: &mut Candidate) -> Result<(), SuitabilityError> {
         let (Some(end), Some(margins)) = (self.upper_end, candidate.margins) else { return Ok(()) };

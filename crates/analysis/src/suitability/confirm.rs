@@ -81,7 +81,7 @@ impl Confirmed {
     }
 }
 
-/// Starts that show how rare wrong poles are, where nothing but these is missing.
+/// Starts that show whether settings hold that met all demands on fewer fresh starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wanting {
     /// Number of starts.
@@ -195,32 +195,31 @@ impl Bench<'_> {
             if answers && (wrong <= self.demands.wrong_poles || elsewhere) {
                 return Ok(Ok(starts));
             }
+            let can_count = answers && counts && trials < COUNTED;
             trials = match trials {
-                _ if answers && counts && trials < COUNTED => {
-                    if !self.work.has(starts.work / trials * COUNTED) {
-                        let objection = format!(
+                _ if can_count && self.work.has(starts.work / trials * COUNTED) => COUNTED,
+                _ if !can_count && trials == few => many,
+                _ => {
+                    let objection = if can_count {
+                        format!(
                             "{trials} fresh starts hold, and the {COUNTED} that show wrong poles to be rarer than {} % are more than this check may do",
                             100.0 * self.demands.wrong_poles
-                        );
-                        // With a range of saturation, these starts tried one of its ends.
-                        let is_all = self.upper_end.is_none() && self.most_saturation.is_none();
-                        let seed = self.scenario(setting, rotor)?.seed.wrapping_add(draws);
-                        let wanting = is_all.then_some(Wanting { starts: COUNTED, seed });
-                        return Ok(Err(Refused { objections: vec![objection], wanting, is_open: true }));
-                    }
-                    COUNTED
-                }
-                _ if trials == few => many,
-                _ => {
-                    let objection = format!(
-                        "{trials} fresh starts leave room for a p95 of {p95:.2}° ({}° demanded), {:.2} % without an angle or a pole ({} % demanded), {:.3} % wrong poles ({} % demanded)",
-                        self.demands.error_deg,
-                        100.0 * without,
-                        100.0 * self.demands.without_angle,
-                        100.0 * wrong,
-                        100.0 * self.demands.wrong_poles,
-                    );
-                    return Ok(Err(Refused { is_open: true, ..Refused::because(vec![objection]) }));
+                        )
+                    } else {
+                        format!(
+                            "{trials} fresh starts leave room for a p95 of {p95:.2}° ({}° demanded), {:.2} % without an angle or a pole ({} % demanded), {:.3} % wrong poles ({} % demanded)",
+                            self.demands.error_deg,
+                            100.0 * without,
+                            100.0 * self.demands.without_angle,
+                            100.0 * wrong,
+                            100.0 * self.demands.wrong_poles,
+                        )
+                    };
+                    // With a range of saturation, these starts tried one of its ends.
+                    let is_all = self.upper_end.is_none() && self.most_saturation.is_none();
+                    let seed = self.scenario(setting, rotor)?.seed.wrapping_add(draws);
+                    let wanting = (is_all && trials < COUNTED).then_some(Wanting { starts: COUNTED, seed });
+                    return Ok(Err(Refused { objections: vec![objection], wanting, is_open: true }));
                 }
             };
         }

@@ -13,6 +13,7 @@ use standstill_scenario::{Rotor, pole_signature};
 use super::SuitabilityError;
 use super::bench::{Bench, Look, SEARCH, Setting};
 use super::margins::Demand;
+use super::starts::Starts;
 
 /// Number of starts by which settings are judged.
 const LOOK: u64 = 64;
@@ -32,6 +33,8 @@ const VECTORS: [f64; 6] = [1.0, 0.95, 0.85, 0.7, 0.5, 0.3];
 const NEAR: [f64; 4] = [0.92, 0.96, 1.04, 1.08];
 /// Numbers of rounds that are tried with these pulse lengths.
 const NEAR_ROUNDS: [u8; 5] = [3, 4, 6, 9, 16];
+/// Multiples of the voltage or pulses that find the axis, which are tried where starts end without an axis.
+const LOUDER: [f64; 4] = [1.5, 2.0, 3.0, 4.5];
 /// Shortest and longest pulse in s that a scenario allows.
 const PULSE_RANGE: [f64; 2] = [1e-6, 10e-3];
 
@@ -48,6 +51,16 @@ pub(super) struct Found {
 /// Returns true if a method takes a hundred times as long as others.
 pub(super) fn is_slow(method: MethodName) -> bool {
     matches!(method, MethodName::HfiRotating | MethodName::HfiPulsating)
+}
+
+/// Returns the number of starts from which a method's largest current is measured.
+fn probe(method: MethodName) -> u64 {
+    if is_slow(method) { PROBE / 4 } else { PROBE }
+}
+
+/// Returns true if most of the starts find an axis.
+fn has_axis(starts: &Starts) -> bool {
+    2 * starts.failed() < starts.summary.trials
 }
 
 /// The key that sets the current of a method's pulses, and its values.
@@ -112,6 +125,7 @@ impl Bench<'_> {
     pub fn strongest(&self, method: MethodName) -> Result<Vec<Setting>, SuitabilityError> {
         let plain = self.signed(Setting::plain(method))?;
         let Some(strength) = self.strength(&plain)? else {
+            let plain = self.with_axis(&plain)?;
             let (most, _) = self.grown(&plain, "vector_current", self.most_current, 0.0, &amperes)?;
             let vector = most.map_or(plain.clone(), |most| plain.with("vector_current", &amperes(most)));
             return Ok(vec![vector.clone(), vector.with("polarity", "sequential")]);
@@ -220,7 +234,8 @@ impl Bench<'_> {
         let trials = if slow { SLOW_LOOK } else { LOOK };
         let mut settings = vec![plain.clone()];
         if self.has_pole && !self.is_set("vector_current") {
-            let (most, stop) = self.grown(plain, "vector_current", self.most_current, 0.0, &amperes)?;
+            let plain = self.with_axis(plain)?;
+            let (most, stop) = self.grown(&plain, "vector_current", self.most_current, 0.0, &amperes)?;
             found.stop = stop;
             if let Some(most) = most {
                 settings = VECTORS
@@ -244,24 +259,51 @@ impl Bench<'_> {
         if best.margins.is_easy() {
             return Ok(());
         }
-        let key = if slow { "voltage" } else { "pulse" };
-        if self.is_set(key) {
-            return Ok(());
-        }
-        let scenario = self.scenario(&best.setting, Rotor::Locked)?;
-        let of_key = standstill_detect::keys::ALL.into_iter().find(|of| of.name == key);
-        let Some(usual) = of_key.and_then(|key| scenario.detector.get(key)) else { return Ok(()) };
-        for factor in [0.5, 1.5, 2.0, 3.0] {
-            let value = usual.number() * factor;
-            let text = if slow { volts(value) } else { microseconds(value) };
-            found.looks.extend(self.look(best.setting.with(key, &text), trials)?);
+        for setting in self.of_axis(&best.setting, [0.5, 1.5, 2.0, 3.0])? {
+            found.looks.extend(self.look(setting, trials)?);
         }
         Ok(())
     }
 
+    /// Returns these settings, if need be with a larger voltage or longer pulses, so that the most starts find the axis. A start that finds none
+    /// ends before its vectors, so it does not show their current.
+    fn with_axis(&self, plain: &Setting) -> Result<Setting, SuitabilityError> {
+        let (mut best, mut fewest) = (plain.clone(), u64::MAX);
+        for setting in std::iter::once(plain.clone()).chain(self.of_axis(plain, LOUDER)?) {
+            let Ok(starts) = self.starts(&setting, Rotor::Locked, SEARCH, probe(plain.method))? else {
+                continue;
+            };
+            if starts.failed() < fewest {
+                (best, fewest) = (setting, starts.failed());
+            }
+            if fewest == 0 {
+                break;
+            }
+        }
+        Ok(best)
+    }
+
+    /// Returns settings in which the voltage of an injection or the pulses that find the axis are these multiples of the present ones; none if the
+    /// user set them.
+    fn of_axis<const N: usize>(
+        &self,
+        setting: &Setting,
+        factors: [f64; N],
+    ) -> Result<Vec<Setting>, SuitabilityError> {
+        let slow = is_slow(setting.method);
+        let key = if slow { "voltage" } else { "pulse" };
+        let scenario = self.scenario(setting, Rotor::Locked)?;
+        let of_key = standstill_detect::keys::ALL.into_iter().find(|of| of.name == key);
+        let usual = of_key.and_then(|key| scenario.detector.get(key)).filter(|_| !self.is_set(key));
+        let text = if slow { volts } else { microseconds };
+        let scaled = |usual: f64| factors.map(|factor| setting.with(key, &text(usual * factor))).to_vec();
+        Ok(usual.map_or_else(Vec::new, |usual| scaled(usual.number())))
+    }
+
     /// Finds the value of a key at which the largest current just meets its limit. Returns the value and the demand
     /// that limits it: the current, or `None` if the DC link drives no more current. The value is `None` if no value
-    /// makes a workable setting. `dead`: part of the value that does not increase the current.
+    /// makes a workable setting. If most starts with vectors of this current find no axis, the demand is
+    /// [`Demand::Answers`]. `dead`: part of the value that does not increase the current.
     fn grown(
         &self,
         plain: &Setting,
@@ -270,8 +312,7 @@ impl Bench<'_> {
         dead: f64,
         text: &dyn Fn(f64) -> String,
     ) -> Result<(Option<f64>, Option<Demand>), SuitabilityError> {
-        let trials = if is_slow(plain.method) { PROBE / 4 } else { PROBE };
-        // A detection that ends before its vectors says nothing of their current.
+        let trials = probe(plain.method);
         let limits = if key == "pulse" { PULSE_RANGE } else { [f64::MIN_POSITIVE, 1.1 * self.most_current] };
         let (mut value, mut before) = (first.clamp(limits[0], limits[1]), None);
         let wanted = 0.985 * self.most_current;
@@ -280,6 +321,9 @@ impl Bench<'_> {
             let starts =
                 self.strained().starts(&plain.with(key, &text(value)), Rotor::Locked, SEARCH, trials)?;
             let Ok(starts) = starts else { return Ok((best, Some(Demand::Current))) };
+            if key == "vector_current" && !has_axis(&starts) {
+                return Ok((best, Some(Demand::Answers)));
+            }
             let peak = starts.summary.peak_current_a;
             if peak <= self.most_current / 1.005 {
                 best = Some(best.map_or(value, |best: f64| best.max(value)));

@@ -176,7 +176,10 @@ pub enum ShardsError {
         found: u32,
     },
     /// Shards are missing.
-    #[error("missing: {}", .0.iter().map(|shard| format!("shard {shard}")).collect::<Vec<_>>().join(", "))]
+    #[error(
+        "missing: {}: give their folders too, or run them with the command of the others and --shard {}",
+        .0.iter().map(|shard| format!("shard {shard}")).collect::<Vec<_>>().join(", "), .0[0]
+    )]
     Missing(Vec<Shard>),
     /// A shard was interrupted.
     #[error("shard {shard} is not finished: {path} lacks up to {left} trials; run it again with --resume")]

@@ -325,4 +325,4 @@ fn blocks(entries: &[Entry], motor: &Motor) -> Vec<Block> {
 
 const LEGEND: &str = "rms, p95, max: error of the axis, of starts that have one. wrong: wrong poles; undet.: axis without pole; failed: no angle. ms, peak A, J: \
      time, largest current and mean energy of a detection. moved: furthest that a rotor moved. limit: Cramér–Rao, from what \
-     the drive reads of the method's pulses (line pulses without the polarity test that follows); eff.: limit / rms.";
+     the drive reads of the method's pulses (line pulses without the polarity test that follows), with known gains and offsets; eff.: limit / rms.";

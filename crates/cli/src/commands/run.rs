@@ -95,7 +95,11 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
         return Ok(report);
     }
     guard(&options.results, &identity.whole(), options.resume)?;
-    doubts::warn(&plan.scenario(0)?);
+    let first = plan.scenario(0)?;
+    doubts::warn(&first);
+    if plan.file().axes.is_empty() {
+        doubts::warn_standing(&first);
+    }
     std::fs::create_dir_all(out).map_err(Error::writing(out))?;
     let check = check(options, plan.file());
     let mut statistics = Statistics::default();

@@ -72,6 +72,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let plan = plan(options, &options.source)?;
     let single = plan.single(options.point, options.trial)?;
     doubts::warn(&single.scenario);
+    doubts::warn_standing(&single.scenario);
     let host = host::current();
     let identity = Identity::new(&plan, [])?;
     let said = format!("{}, {}", setting(plan.file(), &single.scenario), trial_of(options));

@@ -13,6 +13,8 @@ const CARRIES: f64 = 0.03;
 
 /// Longest close-up in s.
 const LONGEST: f64 = 400e-6;
+/// Number of gate edges that a pulse without PWM has at most.
+const GATES: usize = 12;
 /// Time in s that a close-up shows before the pulse.
 const BEFORE: f64 = 20e-6;
 
@@ -49,7 +51,11 @@ fn pulses(trace: &Trace) -> Vec<Pulse> {
         let gate = |(time, event): &(f64, Event)| matches!(event, Event::Gate(..)).then_some(*time);
         let began = trace.events.iter().filter_map(gate).take_while(|time| *time <= run[0].time).last();
         let from = began.unwrap_or(run[0].time).max(run[0].time - LONGEST);
-        Some(Pulse { from, to: run[run.len() - 1].time, phases: BTreeSet::from([phases[0], phases[1]]) })
+        // Without PWM the run is one pulse, which is shown whole.
+        let switched = trace.events.iter().filter_map(gate).filter(|time| *time >= from).nth(GATES);
+        let most = switched.map_or(f64::INFINITY, |time| (time - from).max(LONGEST));
+        let to = run[run.len() - 1].time.min(from + most);
+        Some(Pulse { from, to, phases: BTreeSet::from([phases[0], phases[1]]) })
     };
     runs.filter(|run| carries(&run[0])).filter_map(pulse).collect()
 }
@@ -155,7 +161,7 @@ pub fn detection(
         if seen.contains(&pulse.phases) || seen.len() == 3 {
             continue;
         }
-        let to = (pulse.to + BEFORE).min(pulse.from + LONGEST);
+        let to = pulse.to + BEFORE;
         let near = Window { trace, from: pulse.from - BEFORE, to, origin: pulse.from, unit: 1e-6 };
         let names: Vec<String> = pulse.phases.iter().map(|k| Phase::ALL[*k].letter().to_string()).collect();
         let close = || near.axis(&format!("phases {}: time from the pulse's gate edge", names.join(" and ")));
@@ -253,7 +259,7 @@ fn first_pulses(runs: &[(String, Trace)]) -> Option<Panel> {
         .filter_map(|(k, (_, trace))| Some((k, pulses(trace).into_iter().next()?)))
         .collect();
     let phase = *firsts.first()?.1.phases.first()?;
-    let length = firsts.iter().map(|(_, pulse)| pulse.to - pulse.from).fold(0.0, f64::max).min(LONGEST);
+    let length = firsts.iter().map(|(_, pulse)| pulse.to - pulse.from).fold(0.0, f64::max);
     let letter = Phase::ALL[phase].letter();
     let near = |k: usize, pulse: &Pulse| Window {
         trace: &runs[k].1,

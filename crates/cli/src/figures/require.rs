@@ -1,7 +1,7 @@
 //! Figures of requirements.
 
 use standstill_analysis::bracket::{Edge, Found, Side};
-use standstill_analysis::limit::Limits;
+use standstill_analysis::limit::{Limits, Measure};
 use standstill_analysis::require::{EVERYWHERE, Judged, Point};
 use standstill_campaign::Estimate;
 use standstill_quantity::Scale;
@@ -69,9 +69,17 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
             let most = scale.number(one.most);
             let unit = if scale.unit.is_empty() { String::new() } else { format!(" ({})", scale.unit) };
             let gap = if scale.unit == "°" { "" } else { " " };
-            (format!("{}{unit}", one.measure), most, format!("limit {most}{gap}{}", scale.unit))
+            (
+                format!(
+                    "{}{}{unit}",
+                    one.measure,
+                    if one.measure == Measure::Unanswered { "" } else { ", unanswered starts included" }
+                ),
+                most,
+                format!("limit {most}{gap}{}", scale.unit),
+            )
         }
-        _ => ("measure / limit".to_owned(), 1.0, "limit".to_owned()),
+        _ => ("measure / limit, unanswered starts included".to_owned(), 1.0, "limit".to_owned()),
     };
     let (low, high) = shown(limits, &judged);
     let mut panel = Panel::new(x, Axis::new(label).log10().range(unit * low, unit * high));

@@ -72,6 +72,7 @@ fn line(bar: &ProgressBar, what: &str) -> String {
     let (done, message) = (bar.position(), bar.message());
     let mut line = match bar.length().filter(|length| *length > 0) {
         Some(length) => format!("{done} of {length}{what} ({:.0} %)", 100.0 * done as f64 / length as f64),
+        None if done == 1 => format!("1{}", what.strip_suffix('s').unwrap_or(what)),
         None => format!("{done}{what}"),
     };
     let _ = write!(line, " after {} s", bar.elapsed().as_secs());

@@ -129,7 +129,7 @@ fn law_another_build_of_the_library_is_another_run() {
     let common = ["run", "s.toml", "--detector", "./probe.so", "--out", "out", "--shard", "1/2"];
     let output = standstill(&common, folder.path());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    build(folder.path(), "examples/c/rotating.c", "probe.so");
+    build(folder.path(), "examples/c/line_inductance.c", "probe.so");
     let message = mistake(&[&common[..], &["--resume"]].concat(), folder.path());
     assert!(message.contains("the file probe.so is of"), "{message}");
 }

@@ -98,6 +98,20 @@ const AXES: &[Case] = &[
         "",
         &["sweep", "s.toml", "--vary", "sensors.noise=5 mA,9 mA", "--vary", "sensors.noise=1 mA,2 mA"],
     ),
+    (
+        "A key that is set twice",
+        "",
+        &["run", "s.toml", "-s", "sensors.noise=5 mA", "-s", "sensors.noise=9 mA"],
+    ),
+    ("A key that is there twice", "seed = 1\nseed = 2", &["run", "s.toml"]),
+    ("An option of other commands", "", &["run", "s.toml", "--errors", "field"]),
+    ("A prefix in the wrong case", "", &["run", "s.toml", "-s", "sensors.noise=5 ma"]),
+    ("An rms value under a key of a peak value", "", &["run", "s.toml", "-s", "sensors.noise=5 mArms"]),
+    (
+        "A dead time as long as a pulse",
+        "",
+        &["run", "s.toml", "-s", "detector.method=bipolar", "-s", "inverter.dead_time=200 us"],
+    ),
     ("An axis whose key is misspelt", "", &["sweep", "s.toml", "--vary", "sensors.noize=0 mA:50 mA:6"]),
     (
         "An axis that leaves what is possible",

@@ -75,6 +75,16 @@ pub fn quoted(part: &str) -> Cow<'_, str> {
     if !part.is_empty() && part.chars().all(bare) { part.into() } else { format!("{part:?}").into() }
 }
 
+/// Returns the message of a parser's error in one line; of a key that is there twice, with the key.
+pub fn syntax(text: &str, error: &toml::de::Error) -> String {
+    let message = error.message().replace('\n', " ");
+    let word = error
+        .span()
+        .and_then(|span| text.get(span))
+        .filter(|word| message == "duplicate key" && !word.is_empty());
+    word.map_or(message.clone(), |word| format!("{message} `{}`", word.trim()))
+}
+
 /// Returns the number of the line, from 1, in which this byte of a text stands.
 pub fn line_of(text: &str, position: usize) -> usize {
     text.bytes().take(position).filter(|byte| *byte == b'\n').count() + 1

@@ -4,12 +4,13 @@ use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use standstill_detect::{Kind, Method, MethodName, SettingsError, Signature, keys, method_keys};
-use standstill_quantity::Quantity;
 use standstill_quantity::unit::{Ampere, Degree, Hertz, One, Second, Share, Volt};
+use standstill_quantity::{Quantity, Unit as _};
 
 use super::checks::CheckList;
 use super::{Range, TIME, Table, Values, Written, table};
 use crate::PoleRule;
+use crate::Scenario;
 use crate::document::FileError;
 use crate::named::Named;
 
@@ -174,9 +175,15 @@ impl DetectorTable {
 }
 
 /// Converts the error of unworkable settings to an error that names the key and its effective value.
-pub(crate) fn unworkable(method: &Method<f64>, error: &SettingsError) -> FileError {
+pub(crate) fn unworkable(scenario: &Scenario<Method<f64>>, error: &SettingsError) -> FileError {
+    let method = &scenario.detector;
     let Some(of) = keys::ALL.iter().find(|key| key.name == error.setting) else {
-        return FileError::settings(error);
+        // Most methods take the drive's.
+        return if error.setting == "dead_time" {
+            of_drive(scenario, error)
+        } else {
+            FileError::settings(error)
+        };
     };
     let path = format!("detector.{}", of.name);
     match (method.get(of), super::key(&path)) {
@@ -185,4 +192,12 @@ pub(crate) fn unworkable(method: &Method<f64>, error: &SettingsError) -> FileErr
         }
         _ => FileError::settings(error),
     }
+}
+
+/// Returns the error of a drive's dead time with which the method cannot work.
+fn of_drive(scenario: &Scenario<Method<f64>>, error: &SettingsError) -> FileError {
+    let pulse = scenario.detector.get(&keys::PULSE).zip(super::key("detector.pulse"));
+    let pulse = pulse.map(|(value, key)| format!(" of {}", key.readable(value.number(), error.needed)));
+    let found = Second::DIMENSION.text(scenario.drive.dead_time.seconds());
+    FileError::key("inverter.dead_time", &found, &format!("{}{}", error.needed, pulse.unwrap_or_default()))
 }

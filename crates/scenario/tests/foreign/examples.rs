@@ -233,6 +233,24 @@ fn cross_six_pulses_as_an_application_note_writes_them_agree_with_the_method() {
     }
 }
 
+/// A key that is mistyped or has no number must not leave a setting at its usual value.
+#[test]
+fn regress_examples_refuse_settings_that_they_do_not_know() {
+    for (source, config, reason) in [
+        ("six_pulse.c", "treshold = 20", "keys of the configuration are threshold"),
+        ("six_pulse.c", "evidence = \"much\"", "evidence 0 or more"),
+        ("rotating.c", "volatge = 20", "keys of the configuration are pole"),
+        ("rotating.c", "turns = \"many\"", "turns must be from 1 to 64"),
+    ] {
+        let (folder, _) = example(source);
+        let text = format!(
+            "motor = \"paper-5k5\"\nsensors.timer = \"0.32 us\"\n[detector]\nlibrary = \"mine.so\"\n[detector.config]\n{config}\n"
+        );
+        let refused = plan(&folder, &text).and_then(|plan| plan.scenario(0).map(|_| ())).expect_err(config);
+        assert!(refused.to_string().contains(reason), "{config}: {refused}");
+    }
+}
+
 /// Without current there is no trip, and without a timer no detector.
 #[test]
 fn law_six_pulses_say_what_they_lack() {

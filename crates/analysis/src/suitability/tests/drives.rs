@@ -166,3 +166,22 @@ fn regress_a_lack_of_starts_is_no_reason_for_another_sensor() {
     assert!(open.objections[0].contains("fresh starts hold"), "{:?}", open.objections);
     assert!(found.alternatives.is_empty() && found.advice.is_empty(), "{found:?}");
 }
+
+/// Vectors follow an axis: where an injection is too weak to find one, a stronger one shows the current that they can have.
+#[test]
+fn regress_an_injection_too_weak_for_an_axis_is_no_limit_of_the_vectors() {
+    let hub = "[motor.nameplate]\npole_pairs = 23\nresistance_line_to_line = \"130 mΩ\"\nL_line_to_line_min = \"0.24 mH\"\nL_line_to_line_max = \"0.29 mH\"\nKv = \"9.5 rpm/V\"\nrated_current_rms = \"15 A\"\ndc_link = \"48 V\"\nsaturation = \"4 %\"\n";
+    let document = Document::parse(Path::new("hub.toml"), hub).expect("TOML");
+    let motor = document.motor().expect("a motor");
+    let (demands, work) = (Demands::default(), unbounded());
+    let bench = Bench::new(&document, &motor, &demands, &work);
+    let plain = Setting::plain(MethodName::HfiRotating);
+    let starts = bench.starts(&plain, Rotor::Locked, bench::SEARCH, 12).expect("runs");
+    assert!(starts.is_ok_and(|starts| 2 * starts.failed() > 12));
+    let found = bench.search(MethodName::HfiRotating).expect("runs");
+    let best = &found.looks[0];
+    // Four fifths of the current at least; without an axis it was a third.
+    assert!(best.margins.current < 1.25, "{best:?}");
+    assert!(best.setting.keys.iter().any(|(key, _)| *key == "voltage"), "{best:?}");
+    assert!(found.stop.is_some(), "the link of 48 V drives more");
+}

@@ -1,5 +1,6 @@
 //! Fresh starts, and the order in which a check says what it knows.
 
+use super::super::bench::Look;
 use super::super::condition::{Tried, with_range};
 use super::super::starts::Spread;
 use super::*;
@@ -127,6 +128,31 @@ fn law_too_few_starts_refute_nothing() {
     // None in 2,000 is at most 1.8 in a thousand.
     let open = refused(Demands { without_angle: 1e-3, ..Demands::default() });
     assert!(open.is_open && open.objections[0].contains("leave room"), "{open:?}");
+    // More starts than a check runs show it.
+    assert_eq!(open.wanting.map(|of| of.starts), Some(37_000));
     let missed = refused(Demands { error_deg: 1e-3, ..Demands::default() });
     assert!(!missed.is_open && missed.objections[0].contains("are demanded"), "{missed:?}");
+    assert_eq!(missed.wanting, None);
+}
+
+/// Of several settings the first that fresh starts confirm is taken, of three at most.
+#[test]
+fn law_the_first_settings_that_fresh_starts_confirm_are_taken() {
+    let (document, found) = &*SUITED;
+    let motor = document.motor().expect("a motor");
+    let (demands, work) = (Demands::default(), unbounded());
+    let bench = Bench::new(document, &motor, &demands, &work);
+    let look = |setting: Setting| bench.look(setting, 16).expect("runs").expect("can be set up");
+    let good = look(found.recommended().expect("suited").setting.clone());
+    let weak = look(good.setting.with("pulse", "20 us"));
+    let settled = |looks: &[&Look]| {
+        let mut failed = 0;
+        let looks = looks.iter().copied().enumerate();
+        let (place, judged) = bench.settled(looks, &mut failed, &mut |_| {}).expect("runs");
+        (place, judged.err().map(|refused| refused.objections))
+    };
+    assert_eq!(settled(&[&good, &weak]), (0, None));
+    assert_eq!(settled(&[&weak, &weak, &good]), (2, None));
+    let (place, why) = settled(&[&weak, &weak, &weak, &good]);
+    assert!(place == 0 && why.is_some_and(|why| !why.is_empty()));
 }

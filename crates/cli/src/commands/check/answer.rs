@@ -77,7 +77,7 @@ fn unsuited(asked: &Checked<'_>) -> Vec<String> {
     }
     let mut head = "Go on with one of";
     if commands.is_empty() {
-        head = "What no method can exceed with these sensors:";
+        head = "No change that was tried suffices. The Cramér–Rao limit of a method's pulses with these sensors:";
         commands.push(format!(
             "  standstill bounds {}{}",
             quoted(asked.named),

@@ -70,10 +70,15 @@ impl Checked<'_> {
         }
         if found.suited() == Suited::Undecided {
             return format!(
-                "{}: whether the {what} can be detected at standstill is {} (error set {}): no settings that were tried suffice, and not all were tried",
+                "{}: whether the {what} can be detected at standstill is {} (error set {}): {}",
                 self.motor.name,
                 self.word().1,
-                self.errors.name()
+                self.errors.name(),
+                match found.open() {
+                    Some(_) =>
+                        "the fresh starts of the best settings meet all demands, but are too few to show it",
+                    None => "no settings that were tried suffice, and not all were tried",
+                }
             );
         }
         let note = note + &turning::note(self);
@@ -116,7 +121,8 @@ pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
     if let Some(candidate) = found.recommended() {
         let settings = settings(&candidate.settings, found.has_magnet && !found.pole_is_open());
         let settings = settings.into_iter().map(|(name, value)| (name.to_owned(), value));
-        blocks.extend([Block::Text(recommendation(candidate, found)), Block::Facts(settings.collect())]);
+        let said = recommendation(candidate, found) + &with_more_room(candidate, found);
+        blocks.extend([Block::Text(said), Block::Facts(settings.collect())]);
         blocks.extend(confirmed(found).map(Block::Text));
         blocks.extend(turning::said(asked).map(Block::Text));
     }
@@ -157,6 +163,21 @@ fn recommendation(candidate: &Candidate, found: &Suitability) -> String {
         let _ = write!(said, ". What binds is {demand}: {}", kept(demand, margins.binding().1));
     }
     said + "."
+}
+
+/// Returns the sentence on the method whose few starts have more room than those of the recommended one, and why it is not recommended; empty if
+/// there is none.
+fn with_more_room(recommended: &Candidate, found: &Suitability) -> String {
+    let margin = recommended.margin();
+    let others = found.candidates.iter().filter(|of| of.objections.is_empty() && of.margin() > 1.05 * margin);
+    let best = others.filter_map(|of| Some((of, of.why_late()?)));
+    best.max_by(|(a, _), (b, _)| a.margin().total_cmp(&b.margin())).map_or_else(String::new, |(other, why)| {
+        let method = other.method();
+        format!(
+            " {method} has more room in the few starts of the table, {} times, but {why}: `-s detector.method={method}` judges it alone.",
+            factor(other.margin())
+        )
+    })
 }
 
 /// Formats the margin by which a demand is met.

@@ -34,8 +34,8 @@ fn motor_text(subject: &Subject, survey: &Survey) -> String {
     }
     if let (Some(p), Some(point)) = (subject.pole_pairs, survey.along_q.last()) {
         let torque = 1.5 * f64::from(p) * (point.psi_d * point.i_q - point.psi_q * point.i_d);
-        let (i_q, torque) = (number(2, point.i_q), number(2, torque));
-        let _ = writeln!(text, "torque with {p} pole pairs at i_q = {i_q} A: {torque} N m");
+        let [i_d, i_q, torque] = [point.i_d, point.i_q, torque].map(|value| number(2, value));
+        let _ = writeln!(text, "torque with {p} pole pairs at i_d = {i_d} A, i_q = {i_q} A: {torque} N m");
     }
     text
 }

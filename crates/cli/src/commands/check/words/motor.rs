@@ -130,11 +130,22 @@ pub fn saliency(suitability: &Suitability, demands: &Demands, errors: ErrorSet) 
         saliency += " The readings of these pulses do not tell the rotor's angle.";
     } else if limit > 0.0 {
         let margin = demands.error_deg / (1.96 * limit);
-        let lines = suitability.candidates.first().is_none_or(|tried| tried.settings.has_line_pulses());
-        let pulses = if lines { "line pulses" } else { "pulses" };
+        let pulses = suitability.candidates.first().map_or_else(
+            || "these pulses".to_owned(),
+            |tried| {
+                let lines = if tried.settings.has_line_pulses() { "line " } else { "" };
+                format!("the {lines}pulses of {}", tried.method())
+            },
+        );
+        let known = match bound.hybrid_deg {
+            Some(_) => {
+                format!("; {:.3}° if gains and offsets were known, as `compare` has it", bound.scheme_deg)
+            }
+            None => String::new(),
+        };
         let _ = write!(
             saliency,
-            " With error set {} no method can know the axis better than {limit:.3}° rms from these {pulses} (Cramér–Rao), {} times {} than the {}° demanded in 95 of 100.",
+            " With error set {} no method can know the axis better than {limit:.3}° rms from {pulses} (Cramér–Rao{known}), {} times {} than the {}° demanded in 95 of 100.",
             errors.name(),
             factor(if margin < 1.0 { 1.0 / margin } else { margin }),
             if margin < 1.0 { "worse" } else { "better" },

@@ -51,8 +51,10 @@ fn changes(found: &Suitability) -> Vec<Block> {
     }
     if let Some((open, starts)) = found.open().and_then(|open| Some((open, open.wanting?.starts))) {
         return vec![Block::Text(format!(
-            "{} meets all demands on the fresh starts that were tried. Wrong poles as rare as demanded show in {starts} starts, more than this check may do.",
-            setting(&open.setting)
+            "{} meets all demands on the fresh starts that were tried, but {}. {} starts show whether it holds.",
+            setting(&open.setting),
+            open.objections.join("; "),
+            starts
         ))];
     }
     let (helps, not): (Vec<_>, Vec<_>) = found.advice.iter().partition(|advice| advice.helps.is_some());
