@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
 use standstill_detect::Method;
 use standstill_interface::{Abc, Command, Leg, Nanos, Reading, Sampling, Stage};
 use standstill_scenario::Scenario;
@@ -58,7 +59,7 @@ impl Samples {
 }
 
 /// Legs of a drive: the mode of each (0 off, 1 low, 2 high, 3 duty) and its duty.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Legs {
     pub mode: [u8; 3],
     pub duty: [f64; 3],
@@ -170,7 +171,7 @@ impl Rig {
             let found = readable(until - self.elapsed.seconds(), "s");
             return Err(format!("communication step: found {found}, needed at least 1 ns"));
         }
-        self.go(&Move::Fed { potential, duration: end - self.elapsed })
+        self.go(&Move::Fed { potential, duration: (end - self.elapsed).0 })
     }
 
     /// A step, of this machine or of the one whose steps are done again.
@@ -181,8 +182,8 @@ impl Rig {
         match step {
             Move::Legs { legs, whole } => self.switch(legs, *whole)?,
             Move::Fed { potential, duration } => {
-                self.driven.feed(*potential, *duration).map_err(|error| why(&error))?;
-                self.elapsed = self.elapsed + *duration;
+                self.driven.feed(*potential, Nanos(*duration)).map_err(|error| why(&error))?;
+                self.elapsed = self.elapsed + Nanos(*duration);
             }
         }
         self.past.push(step);

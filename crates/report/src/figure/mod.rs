@@ -34,8 +34,6 @@ mod chart;
 mod colour;
 mod extent;
 mod heat;
-#[cfg(test)]
-mod labels;
 mod layers;
 mod legend;
 mod letters;
@@ -45,6 +43,8 @@ mod png;
 mod reduce;
 mod style;
 mod svg;
+#[cfg(test)]
+mod tests;
 mod text;
 mod ticks;
 
