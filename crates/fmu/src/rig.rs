@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use standstill_detect::Method;
 use standstill_interface::{Abc, Command, Leg, Nanos, Reading, Sampling, Stage};
+use standstill_numeric::whole;
 use standstill_scenario::Scenario;
 use standstill_sim::{Case, Driven, RunError, Snapshot};
 
@@ -46,12 +47,7 @@ pub(crate) struct Samples {
 impl Samples {
     /// The triggers of a step: none after its end.
     fn within(self, duration: Nanos) -> Sampling {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "shares of at most a tenth of a second"
-        )]
-        let of = |share: f64| Nanos((share * duration.0 as f64).round() as u64);
+        let of = |share: f64| Nanos(whole((share * duration.0 as f64).round()));
         let (first, gaps) = (of(self.first), u64::from(self.count - 1));
         let most = (duration - first).0.checked_div(gaps).unwrap_or(0);
         Sampling { first, interval: Nanos(of(self.every).0.min(most)), count: self.count }

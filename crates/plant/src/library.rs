@@ -63,7 +63,7 @@ mod tests {
 
     #[test]
     fn law_every_built_in_is_a_motor_and_says_why() {
-        for (name, text) in FILES {
+        for &(name, text) in FILES {
             let sheet = DataSheet::parse(name, text).unwrap_or_else(|error| panic!("{error}"));
             let motor = sheet.motor().unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(motor.name, name);

@@ -145,8 +145,7 @@ impl ErrorCloud {
             self.wrong.push(angle);
         }
         let Some(error) = axis_error_deg.filter(|error| error.is_finite()) else { return };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an angle in [0, 360)")]
-        let bin = ((angle / 360.0 * BINS as f64) as usize).min(BINS - 1);
+        let bin = whole::<usize>(angle / 360.0 * BINS as f64).min(BINS - 1);
         self.bins[bin].push(error);
         self.signed.push(error);
         self.magnitudes.push(error.abs());
