@@ -36,8 +36,9 @@ fn depth(seed: u64, asked: Depth) -> Depth {
 /// Seeds of a block, after which counts are kept.
 const BLOCK: u64 = 250;
 
-/// Longest time on the clock for a seed: no run takes a hundredth of it.
-const LONGEST: Duration = Duration::from_secs(180);
+/// Longest time on the clock for a seed: four trials of four million steps each take 40 s of a processor, on a busy machine ten
+/// times as much.
+const LONGEST: Duration = Duration::from_secs(600);
 
 struct Asked {
     detections: u64,

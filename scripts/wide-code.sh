@@ -12,8 +12,8 @@ stray() {
     local register='standstill_numeric::lane::x86::(avx2|avx512)::(negative|magnitude|above|choose)'
     local method='effect::(Effect|CoreBranch)<.*>>::(predict|correct|error|within|keep|find_modes|at|take|room|set_stiffness)'
     local part='standstill_sim::effect::(context::(Looked|Span|keep)|winding::|eddies::|rotor::|play::|link::|terminals::)'
-    # The accounts and the start of one machine are no wide code.
-    local alone='effect::(Effect|CoreBranch)<.*>>::(rest|energy|power|work|between|slope|start|like|ends|pinned_at|pinned_rise)|::without_a_state'
+    # The accounts and the start of one machine are no wide code, and neither are the cells of one whose wire breaks.
+    local alone='effect::(Effect|CoreBranch)<.*>>::(rest|energy|power|work|between|slope|start|like|ends|pinned_at|pinned_rise)|::without_a_state|play::leap::straight'
     grep -E "$intrinsic|$register|$method|$part" | grep -vE "$alone" || true
 }
 

@@ -251,7 +251,7 @@ const SCENARIOS: [(&str, u64, &str); 5] = [
         "[motor]\nbase = \"surface-magnet\"\nhysteresis = { coercive_current = \"0.1 A\", depth = \"3 %\", cells = 3 }\n\
          [rotor]\nmemory = \"former\"\nstate = \"free\"",
         12,
-        "0x8876fa3e6a4b3044",
+        "0x48ff2659fb6688cc",
     ),
 ];
 

@@ -71,7 +71,7 @@ const EFFECTS: [(&str, &str, &str); 5] = [
     (
         "hysteresis",
         "motor = { base = \"paper-5k5\", hysteresis = { coercive_current = 0.08, depth = \"5 %\", cells = 3 } }\ndetector.method = \"bipolar\"\n[axes]\n\"rotor.memory\" = [\"virgin\", \"former\"]\n\"rotor.state\" = [\"locked\", \"free\"]",
-        "798f88ad",
+        "8bcfdaf2",
     ),
     (
         "terminals",

@@ -3,7 +3,6 @@
 use std::fmt;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::value::SeqAccessDeserializer;
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use standstill_detect::{Check, Checks, MethodName};
@@ -64,8 +63,11 @@ impl<'de> Visitor<'de> for Read {
         Ok(CheckList::All(all))
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, names: A) -> Result<CheckList, A::Error> {
-        let all = Vec::<String>::deserialize(SeqAccessDeserializer::new(names))?;
+    fn visit_seq<A: SeqAccess<'de>>(self, mut names: A) -> Result<CheckList, A::Error> {
+        let mut all = Vec::new();
+        while let Some(name) = names.next_element::<String>()? {
+            all.push(name);
+        }
         let checks = Checks::named(all.iter().map(String::as_str));
         checks.map(CheckList::Named).map_err(|wrong| Error::unknown_variant(wrong, <Check as Choice>::NAMES))
     }

@@ -8,6 +8,7 @@ use super::conduction::NO_CURRENT;
 use super::run::Control;
 use crate::Broken;
 use crate::case::RunError;
+use crate::effect::play::Before;
 use crate::lanes::bank::Bank;
 use crate::physics::plane::Plane;
 use crate::trace::{ComparatorState, Event};
@@ -64,29 +65,59 @@ impl<'a> Control<'a> {
     }
 
     /// Interrupts the currents of these legs at once, down to `least` in A. The flux changes as a voltage impulse at
-    /// the legs would change it, in several steps where the core saturates. The arc receives the energy that the field
-    /// loses.
+    /// the legs would change it, in several steps where the core saturates, and play cells follow it on a straight path. The arc
+    /// receives the energy that the field loses, less what the cells lose on that path.
     fn interrupt<V: Wide>(&mut self, bank: &mut Bank<'a, V>, legs: [bool; 3], least: f64) {
         // Accounts are kept of one machine alone; their code would have no place among the functions for wide registers.
         let field = |control: &Self, bank: &Bank<'a, V>| {
             let kept = V::ALONE && control.accounts.is_some();
             kept.then(|| control.moment(bank, &bank.here).energies().field_change)
         };
+        let lane = self.lane;
         let before = field(self, bank);
+        let cells = bank.machine.branch.as_ref().map(|cells| cells.before(lane, bank.here.state.flux));
+        let left = |control: &Self, bank: &Bank<'a, V>| {
+            let current = control.currents(bank);
+            (0..3).filter(|k| legs[*k]).fold(0.0_f64, |most, k| most.max(current[k].abs()))
+        };
+        let (mut most, mut lost) = (left(self, bank), 0.0);
         for _ in 0..MOST_STEPS {
+            let last = bank.here.state.flux.get(lane);
             self.make_zero(bank, legs);
-            bank.look(self.lane);
-            let current = self.currents(bank);
-            if (0..3).all(|k| !legs[k] || current[k].abs() <= least) {
+            lost = 1.5 * self.look_after_jump(bank, cells.as_ref());
+            // Cells that slide are softer than stuck ones: a step that was too long for that is halved.
+            for _ in 0..if cells.is_some() { MOST_HALVES } else { 0 } {
+                if left(self, bank) < most {
+                    break;
+                }
+                let middle = (last + bank.here.state.flux.get(lane)) * 0.5;
+                bank.here.state.flux.put(lane, middle);
+                lost = 1.5 * self.look_after_jump(bank, cells.as_ref());
+            }
+            most = left(self, bank);
+            if most <= least {
                 break;
             }
         }
         let after = field(self, bank);
         if let (Some(accounts), Some(before), Some(after)) = (&mut self.accounts, before, after) {
-            accounts.spent.device_loss += before - after;
+            accounts.spent.hysteresis_loss += lost;
+            accounts.spent.device_loss += before - after - lost;
         }
     }
+
+    /// Evaluates the machine after its flux jumped, with play cells that were at `before`. Returns their loss divided by 3/2, in J.
+    fn look_after_jump<V: Wide>(&self, bank: &mut Bank<'a, V>, before: Option<&Before>) -> f64 {
+        let (lane, flux) = (self.lane, bank.here.state.flux.get(self.lane));
+        let cells = bank.machine.branch.as_mut().zip(before);
+        let lost = cells.map_or(0.0, |(cells, before)| cells.leap(lane, before, flux));
+        bank.look(lane);
+        lost
+    }
 }
+
+/// Largest number of times that a Newton step is halved.
+const MOST_HALVES: u8 = 10;
 
 /// Largest number of Newton steps that interrupt a current; a core at twice its rated current needs five.
 const MOST_STEPS: u8 = 50;

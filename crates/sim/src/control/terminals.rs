@@ -109,9 +109,10 @@ impl<'a> Control<'a> {
             / storage.capacitance
     }
 
-    /// Returns the distance in V from its bound within which a potential counts as at the bound.
+    /// Returns the distance in V from its bound within which a potential counts as at the bound. No potential is at both bounds.
     fn near<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize, shortest: f64) -> f64 {
-        let mut near = bank.bounds.slack.blocked.get(self.lane) * POTENTIAL_DEEP;
+        let [low, high] = self.band(bank, leg);
+        let mut near = (bank.bounds.slack.blocked.get(self.lane) * POTENTIAL_DEEP).min((high - low) / 4.0);
         if shortest > 0.0 {
             let potential = bank.here.state.potential[leg].get(self.lane);
             let charge = (self.currents(bank)[leg] + self.taken(potential)).abs() * shortest;

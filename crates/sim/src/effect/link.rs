@@ -106,7 +106,7 @@ impl<V: Wide> Effect<V> for Links<V> {
         let correction = missing / (x * 0.5 + x * x * (1.0 / 12.0) + 1.0);
         step.voltage[1] = link + correction;
         step.rise[1] = rise - correction * storage.rate;
-        step.correction = correction;
+        step.correction = step.correction + correction;
         step.more = hermite_area(h, step.voltage, step.rise) - step.area;
         there.state.link = step.voltage[1];
     }

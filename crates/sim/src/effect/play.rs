@@ -13,6 +13,7 @@
 //! A cell keeps its mode over a whole step. The mode ends where |e| reaches r, or where a sliding cell's flux turns
 //! back; steps end there as at the end of any mode, and the modes are found anew at the begin of each step.
 
+mod leap;
 mod step;
 
 use standstill_numeric::{Mask, Symmetric, Wide};
@@ -21,6 +22,8 @@ use standstill_plant::{Cell, MOST_CELLS};
 use super::{BranchPoint, BranchState};
 use crate::physics::plane::Plane;
 use crate::step::hermite::Cubic;
+
+pub use leap::Before;
 
 /// Number of iterations that find the modes of the cells and the slope of the flux, which depend on each other. Each
 /// iteration adds one or two digits.
@@ -36,6 +39,9 @@ const SLACK: f64 = 0.1;
 
 /// Multiple of a cell's tolerance by which the cell may miss the end of its mode in a step that was cut to end there.
 const DEEP: f64 = 10.0;
+
+/// Share of the square of its reach by which a cell at its reach may seem to be beyond it.
+const ROUNDED: f64 = 1e-12;
 
 /// The play cells of the machines in the lanes.
 #[derive(Clone, Debug, Default)]

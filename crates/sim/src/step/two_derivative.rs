@@ -154,6 +154,14 @@ impl<V: Wide> Tried<V> {
             (missing, resistance) = terminals.correct(&end, &link, winding.predicted[0], &mut there);
         }
         WindingStep::correct(&end, missing, resistance, &mut there);
+        if RARE && terminals.is_some() && links.storage.is_some() {
+            // Currents and slopes were those of terminals that had yet to be put right.
+            let (known, more) = (machine.change::<RARE>(legs, &there.at, &there.state), link.more);
+            links.correct(&End { change: &known, ..end }, &mut there, &mut link);
+            let late = looked.held(legs, legs.terminals.rail * (link.more - more));
+            there.state.flux = there.state.flux + late;
+            there.at.current = there.at.current + late.through(looked.gamma);
+        }
         eddies.correct(&end, &mut there, &mut eddy);
         short.correct(&end, &mut there, &mut shorted);
         looked.settle(legs, &mut there);

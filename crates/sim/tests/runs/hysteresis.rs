@@ -4,14 +4,20 @@
 mod bench;
 mod beside;
 
-use standstill_interface::{Command, Reading, Sampling};
+use standstill_interface::{Command, Nanos, Reading, Sampling};
 use standstill_inverter::{Devices, OpenLeg};
 use standstill_plant::{EddyBranch, Hysteresis, Motor, built_in};
-use standstill_sim::{Case, Ended, NoProbe, RotorState, Run, Tolerance, referee};
+use standstill_sim::{Broken, Case, Ended, Fault, NoProbe, RotorState, Run, Tolerance, referee};
 
 use crate::script::*;
 use bench::*;
 use standstill_interface::Leg::{High, Low, Off};
+
+/// Returns the largest difference of two runs' currents in A.
+fn apart(ours: &[Reading<f64>], theirs: &[Reading<f64>]) -> f64 {
+    let pairs = ours.iter().zip(theirs);
+    pairs.flat_map(|(a, b)| (0..3).map(|k| (a.current.0[k] - b.current.0[k]).abs())).fold(0.0, f64::max)
+}
 
 #[test]
 fn cross_the_referee_has_the_same_currents_and_no_energy_is_lost() {
@@ -38,10 +44,7 @@ fn cross_the_referee_has_the_same_currents_and_no_energy_is_lost() {
                     strict.tolerance = Tolerance { flux: 1e-3 * case.tolerance.flux };
                     let mut script = Script::new(&commands);
                     let theirs: Run<f64> = referee(&strict, &mut script, true, &mut NoProbe);
-                    let pairs = readings.iter().zip(&script.readings);
-                    let off =
-                        pairs.flat_map(|(a, b)| (0..3).map(|k| (a.current.0[k] - b.current.0[k]).abs()));
-                    let worst = off.fold(0.0, f64::max) / motor.rated_current;
+                    let worst = apart(&readings, &script.readings) / motor.rated_current;
                     let which = format!("{} {number} {rotor:?} {memory:?} {name}", motor.name);
                     println!("{which}: {worst:.1e} of rated, {:?} {:?}", ours.work, theirs.work);
                     assert!(!matches!(theirs.ended, Ended::Error(_)), "{which}: {:?}", theirs.ended);
@@ -212,6 +215,9 @@ fn law_a_run_has_the_same_bits_in_lanes_of_each_width() {
             let mut case = case(&motors[k % 3], inverter(USUAL, OpenLeg::Diodes));
             case.start_angle = 0.3 * k as f64;
             case.memory = (k % 2 == 0).then_some(k as f64);
+            if k % 5 == 1 {
+                assert!(case.faults.push(breaks(30)));
+            }
             let [(_, fast), (_, slow), _, (_, pwm)] = sequences(80);
             (case, Script::new([&fast, &slow, &pwm][k % 3]))
         })
@@ -239,4 +245,74 @@ fn law_remanence_pulls_at_the_rotor() {
     let (ahead, behind) = (moved(Some(0.35 + quarter)), moved(Some(0.35 - quarter)));
     // What the flux was moved along last pulls back: the pinned flux is behind it.
     assert!(ahead < -1e-4 && (ahead + behind).abs() < 1e-3 * behind, "{ahead} {behind}");
+}
+
+/// A wire of phase a that breaks after a time in µs.
+fn breaks(micros: u64) -> Fault {
+    Fault { from: Nanos::from_micros(micros), ..Fault::lasting(Broken::Wire(0)) }
+}
+
+/// A wire breaks that carries a current: the flux falls at once, and play, which knows no time, follows it as any other way. With one
+/// cell on one line all is known: up to ψ₀ the cell slid from r on, on the way back to no current it is stuck for 2 r.
+#[test]
+fn analytic_a_wire_that_breaks_leaves_the_iron_with_its_remanence() {
+    for (share, jumps_far) in [(0.02, true), (0.1, false)] {
+        let hysteresis = Hysteresis { coercive_current: share * 8.0, depth: 0.2, cells: 1 };
+        let motor = linear(hysteresis);
+        let [cell, ..] = motor.magnetics.cells().copied().expect("cells");
+        let (stiffness, reach) = (cell.stiffness, cell.reach);
+        let mut case = case(&motor, inverter(Devices::default(), OpenLeg::Open));
+        case.tolerance = Tolerance { flux: 1e-12 };
+        assert!(case.faults.push(breaks(150)));
+        let (run, _) = play(&case, &[Command::hold(stage([High, Low, Off], 151), Sampling::NONE)]);
+        let ledger = run.ledger.expect("asked for");
+        // i = ψ/L + κ, of which the line's current is √3/2.
+        let (inductance, threshold) = (10e-3, stiffness * reach);
+        let before = (run.peak_current / 0.75_f64.sqrt() - threshold) * inductance;
+        // At no current: ψ = L κ where the cell slides back, and where it is stuck ψ/L + K (r − (ψ₀ − ψ)) = 0.
+        let far = threshold * inductance;
+        let slides_back = (before - far - 2.0 * reach).max(0.0);
+        assert_eq!(slides_back > 0.0, jumps_far, "both kinds of ends: {before} {reach}");
+        let stuck = stiffness * (before - reach) / (1.0 / inductance + stiffness);
+        let after = if jumps_far { far } else { stuck };
+        let away = (reach - (before - after)).max(-reach);
+        let near = |found: f64, expected: f64, what: &str| {
+            assert!((found / expected - 1.0).abs() < 1e-5, "{share} {what}: {found}, not {expected}");
+        };
+        near(ledger.hysteresis_loss, 1.5 * threshold * (before - reach + slides_back), "loss");
+        let stored = |flux: f64, away: f64| 0.75 * (flux * flux / inductance + stiffness * away * away);
+        near(ledger.field_change, stored(after, away), "field");
+        let arc = stored(before, reach) - stored(after, away) - 1.5 * threshold * slides_back;
+        near(ledger.device_loss, arc, "arc");
+        assert!(ledger.imbalance().abs() < 1e-9 * ledger.source, "{ledger:?}");
+    }
+}
+
+/// Where the core saturates and three cells turn, too: as the referee says, and without a joule too many.
+#[test]
+fn cross_breaking_wires_of_turning_iron_agree_with_the_referee() {
+    for (name, share) in [("paper-5k5", 0.02), ("slot-harmonics", 0.002), ("pm-reluctance", 0.05)] {
+        let motor = of(name, share, 3);
+        for (rotor, speed) in [(RotorState::Locked, 0.0), (RotorState::Driven, -300.0)] {
+            let mut case = case(&motor, inverter(USUAL, OpenLeg::Diodes));
+            (case.rotor, case.start_speed, case.memory) = (rotor, speed, Some(1.0));
+            assert!(case.faults.push(Fault { until: Nanos::from_micros(70), ..breaks(50) }));
+            let commands = [pulse([High, Low, Low], [Off; 3], 100), pulse([Low, High, Off], [Off; 3], 60)];
+            let (ours, readings) = play(&case, &commands);
+            let ledger = ours.ledger.expect("asked for");
+            let scale = ledger.source.abs().max(ledger.shaft_work.abs());
+            assert!(ledger.imbalance().abs() < 1e-6 * scale, "{name} {rotor:?}: {ledger:?}");
+            let mut strict = case.clone();
+            strict.tolerance = Tolerance { flux: 1e-3 * case.tolerance.flux };
+            let mut script = Script::new(commands);
+            let theirs: Run<f64> = referee(&strict, &mut script, true, &mut NoProbe);
+            let apart = apart(&readings, &script.readings);
+            assert!(apart < 1e-5 * motor.rated_current, "{name} {rotor:?}: {apart}");
+            let lost = theirs.ledger.expect("asked for").hysteresis_loss;
+            assert!(
+                (ledger.hysteresis_loss / lost - 1.0).abs() < 1e-3,
+                "{name} {rotor:?}: {ledger:?} {lost}"
+            );
+        }
+    }
 }

@@ -5,7 +5,7 @@ use standstill_inverter::Conduction;
 use standstill_numeric::{Heading, Symmetric, Wide};
 use standstill_plant::{MOST_CELLS, Motor, NoConvergence};
 
-use super::{Cells, DEEP, Moved, ROUNDS, direction};
+use super::{Cells, DEEP, Moved, ROUNDED, ROUNDS, direction};
 use crate::case::{Case, Place, RunError};
 use crate::effect::{Begin, BranchPoint, BranchState, Effect, End, Moment, Span, keep_plane, keep_symmetric};
 use crate::guard::{First, Guard};
@@ -102,14 +102,15 @@ impl<V: Wide> Cells<V> {
         flux: Plane<V>,
         mut rise: impl FnMut(Symmetric<V>) -> Plane<V>,
     ) {
-        // A cell at its reach slides if the flux takes it further.
+        // A cell at its reach slides if the flux takes it further. One that has just stopped is beyond its reach by rounding alone: it
+        // would begin anew where it ends, over and over.
         let zero = V::of(0.0);
         let away = self.away_at(flux, None);
         let mut slides = self.slides;
         for _ in 0..ROUNDS {
             let rise = rise(self.tangent_of(&away, &slides));
             for k in 0..MOST_CELLS {
-                let beyond = away[k].dot(away[k]).above(self.reach[k] * self.reach[k]);
+                let beyond = away[k].dot(away[k]).above(self.reach[k] * self.reach[k] * (1.0 + ROUNDED));
                 slides[k] = (self.slides[k] | beyond) & away[k].dot(rise).above(zero);
             }
         }

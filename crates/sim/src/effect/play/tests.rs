@@ -121,3 +121,15 @@ fn analytic_a_parabola_in_one_step() {
     // Without the area between path and chord it would be far off.
     assert!(chord.dot(chord) > 1e4 * off.dot(off), "{chord:?} {off:?}");
 }
+
+/// A cell that has stopped is at its reach but for rounding: it would slide anew, for less than the shortest time, over and over.
+#[test]
+fn regress_rounding_does_not_let_a_stopped_cell_slide() {
+    let out = Plane::new(0.6, 0.8);
+    for (beyond, slides) in [(0.0, false), (1e-15, false), (1e-9, true)] {
+        let mut memory = one(Plane::new(0.0, 0.0));
+        memory.away[1] = out * (1e-3 * (1.0 + beyond));
+        memory.find_modes(true, Plane::new(0.0, 0.0), |_| out);
+        assert_eq!(memory.slides[1], slides, "{beyond}");
+    }
+}

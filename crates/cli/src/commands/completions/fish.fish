@@ -1,4 +1,0 @@
-function __standstill_settings
-§settings§end
-function __standstill_keys
-§keys§end
