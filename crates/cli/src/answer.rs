@@ -22,6 +22,7 @@ use crate::shell::terminal::paragraph;
 
 /// The answer of a command.
 #[derive(Default)]
+#[must_use]
 pub struct Answer {
     /// Base name of the answer's files.
     pub name: &'static str,
@@ -96,14 +97,12 @@ impl Answer {
     }
 
     /// Adds a figure with its caption.
-    #[must_use]
     pub fn with(mut self, name: impl Into<String>, figure: Figure, caption: impl Into<String>) -> Self {
         self.figures.push((name.into(), figure, caption.into()));
         self
     }
 
     /// Adds a command that is possible next, with its purpose.
-    #[must_use]
     pub fn next(mut self, purpose: impl Into<String>, command: impl Into<String>) -> Self {
         self.next.push(Next { purpose: purpose.into(), command: command.into() });
         self

@@ -28,11 +28,11 @@ pub enum Shipped {
 
 /// Options that are shorthands for keys.
 #[derive(Debug, Default)]
+#[must_use]
 pub struct Shorthands(Vec<(&'static str, &'static str, Value)>);
 
 impl Shorthands {
     /// Adds an option and the key that it sets, if the option is given.
-    #[must_use]
     pub fn with(mut self, option: &'static str, key: &'static str, value: Option<impl Into<Value>>) -> Self {
         self.0.extend(value.map(|value| (option, key, value.into())));
         self
@@ -53,13 +53,11 @@ impl Shorthands {
     }
 
     /// Adds `--load`.
-    #[must_use]
     pub fn load(self, load: Load) -> Self {
         self.with("--load", "rotor.load", load.load)
     }
 
     /// Adds `--winding-temperature` and `--magnet-temperature`.
-    #[must_use]
     pub fn temperatures(self, temperatures: Temperatures) -> Self {
         let Temperatures { winding_temperature, magnet_temperature } = temperatures;
         self.with("--winding-temperature", "rotor.winding_temperature", winding_temperature).with(
@@ -70,19 +68,16 @@ impl Shorthands {
     }
 
     /// Adds `--seed`.
-    #[must_use]
     pub fn seed(self, seed: Seed) -> Self {
         self.with("--seed", "seed", seed.seed.map(seed_value))
     }
 
     /// Adds `--trials`.
-    #[must_use]
     pub fn trials(self, trials: Option<u64>) -> Self {
         self.with("--trials", "trials", trials.and_then(|trials| i64::try_from(trials).ok()))
     }
 
     /// Adds `--decay`.
-    #[must_use]
     pub fn decay(self, decay: PaperDecay) -> Self {
         let method = decay.decay.map(|decay| match decay {
             Decay::Slow => MethodName::LineInductance.name(),
@@ -92,7 +87,6 @@ impl Shorthands {
     }
 
     /// Adds the options of motor and drive.
-    #[must_use]
     pub fn setup(self, setup: &Setup) -> Self {
         self.with("--motor", "motor", setup.motor.clone())
             .with("--errors", "errors", setup.errors.map(Choice::name))

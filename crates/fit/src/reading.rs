@@ -11,7 +11,7 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-use standstill_numeric::{erfc, exp, ln};
+use standstill_numeric::{erfc, exp, ln, whole};
 
 /// Least noise that is assumed, as a share of the converter's step. With less, a reading at the edge between two codes would
 /// weigh more than all others, and any error of the model is larger. For readings with less noise the intervals of gains are too
@@ -155,9 +155,7 @@ impl Scatter {
         let [a, b] = [off - q / 2.0, off + q / 2.0].map(|edge| edge / self.noise);
         let p = between(a, b);
         let place = (-off / q - (-off / q).floor()) * PLACES as f64;
-        // Between 0 and the last place but one.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in the table")]
-        let before = (place as usize).min(PLACES - 1);
+        let before = whole::<usize>(place).min(PLACES - 1);
         let share = place - before as f64;
         let information = self.information[before] * (1.0 - share) + self.information[before + 1] * share;
         if p < 1e-250 {

@@ -14,18 +14,9 @@ const MODE: &str = "Mode";
 
 /// Returns a text within an attribute, or between tags.
 pub(crate) fn escaped(text: &str) -> String {
-    let mut escaped = String::new();
-    for c in text.chars() {
-        match c {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\n' | '\r' | '\t' => escaped.push(' '),
-            c => escaped.push(c),
-        }
-    }
-    escaped
+    let entities = [("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ("\"", "&quot;")];
+    let text = entities.iter().fold(text.to_owned(), |text, (of, entity)| text.replace(of, entity));
+    text.replace(['\n', '\r', '\t'], " ")
 }
 
 /// Returns attributes of XML; those without value are left out.

@@ -67,20 +67,13 @@ pub(crate) fn folder(address: &str) -> PathBuf {
         Some(rest) => rest.find('/').map_or(rest, |place| &rest[place..]),
         None => rest,
     };
-    let mut bytes = Vec::new();
-    let mut left = path.bytes();
-    while let Some(byte) = left.next() {
-        let escaped = (byte == b'%').then(|| {
-            let digits = [left.clone().next()?, left.clone().nth(1)?];
-            u8::from_str_radix(std::str::from_utf8(&digits).ok()?, 16).ok()
-        });
-        match escaped.flatten() {
-            Some(value) => {
-                bytes.push(value);
-                left.nth(1);
-            }
-            None => bytes.push(byte),
-        }
+    let mut parts = path.split('%');
+    let mut bytes = parts.next().unwrap_or_default().as_bytes().to_vec();
+    for part in parts {
+        let escaped = part.get(..2).and_then(|digits| u8::from_str_radix(digits, 16).ok());
+        let (byte, rest) = escaped.map_or((b'%', part), |byte| (byte, &part[2..]));
+        bytes.push(byte);
+        bytes.extend_from_slice(rest.as_bytes());
     }
     let path = String::from_utf8_lossy(&bytes).into_owned();
     // `/C:/…` on Windows.

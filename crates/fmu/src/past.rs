@@ -5,12 +5,12 @@
 
 use std::sync::Arc;
 
-use standstill_interface::Nanos;
+use serde::{Deserialize, Serialize};
 
 use crate::rig::Legs;
 
 /// One step of a machine.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Move {
     /// Of a drive: what the legs do in half a PWM period, or in a whole one.
     Legs {
@@ -23,59 +23,21 @@ pub(crate) enum Move {
     Fed {
         /// Of each terminal.
         potential: [f64; 3],
-        /// How long they are held.
-        duration: Nanos,
+        /// How long they are held, in ns.
+        duration: u64,
     },
 }
 
-/// The mark of a motor's step; the first byte of a drive's has two bits for each leg's mode, and one for a whole period.
-const FED: u8 = 0x80;
-const WHOLE: u8 = 0x40;
-
-impl Move {
-    fn written(&self, to: &mut Vec<u8>) {
-        match self {
-            Self::Legs { legs, whole } => {
-                let modes = legs.mode[0] | legs.mode[1] << 2 | legs.mode[2] << 4;
-                to.push(modes | if *whole { WHOLE } else { 0 });
-                let duties = legs.mode.iter().zip(legs.duty).filter(|(mode, _)| **mode == 3);
-                to.extend(duties.flat_map(|(_, duty)| duty.to_le_bytes()));
-            }
-            Self::Fed { potential, duration } => {
-                to.push(FED);
-                to.extend(potential.iter().flat_map(|volts| volts.to_le_bytes()));
-                to.extend(duration.0.to_le_bytes());
-            }
-        }
-    }
-
-    fn read(from: &mut &[u8]) -> Option<Self> {
-        let [first] = taken(from)?;
-        if first == FED {
-            let mut potential = [0.0; 3];
-            for volts in &mut potential {
-                *volts = f64::from_le_bytes(taken(from)?);
-            }
-            return Some(Self::Fed { potential, duration: Nanos(u64::from_le_bytes(taken(from)?)) });
-        }
-        let mode = [0, 2, 4].map(|place| first >> place & 3);
-        let mut duty = [0.0; 3];
-        for (duty, _) in duty.iter_mut().zip(mode).filter(|(_, mode)| *mode == 3) {
-            *duty = f64::from_le_bytes(taken(from)?);
-        }
-        (first & FED == 0).then_some(Self::Legs { legs: Legs { mode, duty }, whole: first & WHOLE != 0 })
-    }
-}
-
-/// The next bytes; none where there are fewer.
-pub(crate) fn taken<const N: usize>(from: &mut &[u8]) -> Option<[u8; N]> {
-    let (first, rest) = from.split_first_chunk()?;
-    *from = rest;
-    Some(*first)
+/// A value as bytes; of what is written here, all can be.
+pub(crate) fn bytes(of: &impl Serialize) -> Vec<u8> {
+    postcard::to_allocvec(of).unwrap_or_default()
 }
 
 /// Most bytes that the steps of an instance may take: a few million steps, each unlike the one before it.
 const ROOM: usize = 256 << 20;
+
+/// Most bytes of the number before a step.
+const MOST: usize = 5;
 
 /// Bytes of a part that copies share.
 const PART: usize = 64 << 10;
@@ -106,14 +68,13 @@ impl Past {
     /// One more step.
     pub fn push(&mut self, step: &Move) {
         let Some(room) = self.room else { return };
-        let mut written = Vec::with_capacity(33);
-        step.written(&mut written);
+        let written = bytes(step);
         let (last, times) = &mut self.last;
         if *last == written && *times < u32::MAX {
             *times += 1;
             return;
         }
-        let Some(left) = room.checked_sub(written.len() + size_of::<u32>()) else {
+        let Some(left) = room.checked_sub(written.len() + MOST) else {
             // Half of it would be of no use.
             *self = Self { room: None, ..Self::within(0) };
             return;
@@ -147,11 +108,8 @@ impl Past {
     pub fn read(mut bytes: &[u8]) -> impl Iterator<Item = Option<(u32, Move)>> {
         std::iter::from_fn(move || {
             (!bytes.is_empty()).then(|| {
-                let times = taken(&mut bytes).map(u32::from_le_bytes);
-                let step = times.and_then(|times| Some((times, Move::read(&mut bytes)?)));
-                if step.is_none() {
-                    bytes = &[];
-                }
+                let (step, rest) = postcard::take_from_bytes(bytes).ok().unzip();
+                bytes = rest.unwrap_or_default();
                 step
             })
         })
@@ -160,7 +118,7 @@ impl Past {
 
 fn close(to: &mut Vec<u8>, (step, times): &(Vec<u8>, u32)) {
     if *times > 0 {
-        to.extend(times.to_le_bytes());
+        to.extend(bytes(times));
         to.extend_from_slice(step);
     }
 }
@@ -178,7 +136,7 @@ mod tests {
     }
 
     fn fed(n: u32) -> Move {
-        Move::Fed { potential: [f64::from(n), -0.0, 1e-300], duration: Nanos(u64::from(n) + 1) }
+        Move::Fed { potential: [f64::from(n), -0.0, 1e-300], duration: u64::from(n) + (1 << 32) }
     }
 
     #[test]
@@ -206,14 +164,14 @@ mod tests {
     #[test]
     fn law_equal_steps_in_a_row_take_no_room() {
         let mut past = Past::default();
-        let zero = |zero: f64| Move::Fed { potential: [zero; 3], duration: Nanos(1) };
+        let zero = |zero: f64| Move::Fed { potential: [zero; 3], duration: 1 };
         (0..1_000_000).for_each(|_| past.push(&zero(0.0)));
         let bytes = past.written().expect("few");
         let one = bytes.len();
         assert!(one < 40, "{one}");
         assert_eq!(Past::read(&bytes).collect::<Vec<_>>(), [Some((1_000_000, zero(0.0)))]);
         past.push(&zero(-0.0));
-        assert_eq!(past.written().expect("few").len(), 2 * one);
+        assert!(past.written().expect("few").len() > one + 24);
     }
 
     #[test]

@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
 use standstill_detect::Method;
 use standstill_interface::{Abc, Command, Leg, Nanos, Reading, Sampling, Stage};
+use standstill_numeric::whole;
 use standstill_scenario::Scenario;
 use standstill_sim::{Case, Driven, RunError, Snapshot};
 
@@ -45,12 +47,7 @@ pub(crate) struct Samples {
 impl Samples {
     /// The triggers of a step: none after its end.
     fn within(self, duration: Nanos) -> Sampling {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "shares of at most a tenth of a second"
-        )]
-        let of = |share: f64| Nanos((share * duration.0 as f64).round() as u64);
+        let of = |share: f64| Nanos(whole((share * duration.0 as f64).round()));
         let (first, gaps) = (of(self.first), u64::from(self.count - 1));
         let most = (duration - first).0.checked_div(gaps).unwrap_or(0);
         Sampling { first, interval: Nanos(of(self.every).0.min(most)), count: self.count }
@@ -58,7 +55,7 @@ impl Samples {
 }
 
 /// Legs of a drive: the mode of each (0 off, 1 low, 2 high, 3 duty) and its duty.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Legs {
     pub mode: [u8; 3],
     pub duty: [f64; 3],
@@ -170,7 +167,7 @@ impl Rig {
             let found = readable(until - self.elapsed.seconds(), "s");
             return Err(format!("communication step: found {found}, needed at least 1 ns"));
         }
-        self.go(&Move::Fed { potential, duration: end - self.elapsed })
+        self.go(&Move::Fed { potential, duration: (end - self.elapsed).0 })
     }
 
     /// A step, of this machine or of the one whose steps are done again.
@@ -181,8 +178,8 @@ impl Rig {
         match step {
             Move::Legs { legs, whole } => self.switch(legs, *whole)?,
             Move::Fed { potential, duration } => {
-                self.driven.feed(*potential, *duration).map_err(|error| why(&error))?;
-                self.elapsed = self.elapsed + *duration;
+                self.driven.feed(*potential, Nanos(*duration)).map_err(|error| why(&error))?;
+                self.elapsed = self.elapsed + Nanos(*duration);
             }
         }
         self.past.push(step);

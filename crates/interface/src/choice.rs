@@ -54,12 +54,14 @@ macro_rules! choice {
     (
         $(#[doc = $about:literal])+
         $(#[derive($($derive:ident),*)])?
+        $(#[serde($($serde:tt)*)])?
         pub enum $name:ident {
             $($(#[doc = $doc:literal])+ $variant:ident = $word:literal $($default:ident)?,)+
         }
     ) => {
         $(#[doc = $about])+
         #[derive(Clone, Copy, Debug, PartialEq, Eq $(, $($derive),*)?)]
+        $(#[serde($($serde)*)])?
         pub enum $name {
             $($(#[doc = $doc])+ $(#[$default])? $variant,)+
         }

@@ -130,19 +130,21 @@ impl Settings {
     }
 }
 
-/// Reason why a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum End {
-    /// At least a tenth of a level's states are in the event.
-    Reached,
-    /// The order parameter does not lead to the event: too many states share one value, such as that of a quantity that is
-    /// clipped or coarsely quantised, or the distance from the event is unknown.
-    Flat,
-    /// The levels came below [`Settings::least`] without reaching the event.
-    TooRare,
-    /// All plain trials have the same finite value, such as the movement of a locked rotor, so that there is no direction towards
-    /// the event.
-    Constant,
+choice! {
+    /// Reason why a run ended.
+    #[derive(Serialize, Deserialize)]
+    pub enum End {
+        /// At least a tenth of a level's states are in the event.
+        Reached = "reached",
+        /// The order parameter does not lead to the event: too many states share one value, such as that of a quantity that is
+        /// clipped or coarsely quantised, or the distance from the event is unknown.
+        Flat = "flat",
+        /// The levels came below [`Settings::least`] without reaching the event.
+        TooRare = "too rare",
+        /// All plain trials have the same finite value, such as the movement of a locked rotor, so that there is no direction towards
+        /// the event.
+        Constant = "constant",
+    }
 }
 
 /// Result of one run of subset simulation.

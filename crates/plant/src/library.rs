@@ -2,25 +2,17 @@
 
 use crate::{DataSheet, Motor, MotorError};
 
-const FILES: [(&str, &str); 16] = [
-    ("paper-5k5", include_str!("../motors/paper-5k5.toml")),
-    ("gearless-hoist", include_str!("../motors/gearless-hoist.toml")),
-    ("pm-reluctance", include_str!("../motors/pm-reluctance.toml")),
-    ("surface-magnet", include_str!("../motors/surface-magnet.toml")),
-    ("low-inertia", include_str!("../motors/low-inertia.toml")),
-    ("cross-saturation", include_str!("../motors/cross-saturation.toml")),
-    ("slot-harmonics", include_str!("../motors/slot-harmonics.toml")),
-    ("reluctance-6k7", include_str!("../motors/reluctance-6k7.toml")),
-    ("light-vehicle", include_str!("../motors/light-vehicle.toml")),
-    ("light-vehicle-stiff", include_str!("../motors/light-vehicle-stiff.toml")),
-    ("outrunner", include_str!("../motors/outrunner.toml")),
-    ("gimbal", include_str!("../motors/gimbal.toml")),
-    // Of drives that read one current, a time or the terminals, with the published sheets that they are from.
-    ("fan-ceiling", include_str!("../motors/fan-ceiling.toml")),
-    ("pump-submersible", include_str!("../motors/pump-submersible.toml")),
-    ("drone-u8", include_str!("../motors/drone-u8.toml")),
-    ("hub-hoverboard", include_str!("../motors/hub-hoverboard.toml")),
-];
+macro_rules! files {
+    ($($name:literal)+) => { &[$(($name, include_str!(concat!("../motors/", $name, ".toml"))),)+] };
+}
+
+/// Names and texts. The last four are of drives that read one current, a time or the terminals, with the published sheets that they are
+/// from.
+const FILES: &[(&str, &str)] = files!(
+    "paper-5k5" "gearless-hoist" "pm-reluctance" "surface-magnet" "low-inertia" "cross-saturation" "slot-harmonics"
+    "reluctance-6k7" "light-vehicle" "light-vehicle-stiff" "outrunner" "gimbal"
+    "fan-ceiling" "pump-submersible" "drone-u8" "hub-hoverboard"
+);
 
 /// Returns the names of the built-in motors.
 ///
@@ -71,7 +63,7 @@ mod tests {
 
     #[test]
     fn law_every_built_in_is_a_motor_and_says_why() {
-        for (name, text) in FILES {
+        for &(name, text) in FILES {
             let sheet = DataSheet::parse(name, text).unwrap_or_else(|error| panic!("{error}"));
             let motor = sheet.motor().unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(motor.name, name);

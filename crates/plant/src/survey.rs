@@ -2,23 +2,25 @@
 //! current.
 
 use serde::Serialize;
-use standstill_interface::Dq;
+use standstill_interface::{Dq, choice};
 use standstill_numeric::{Heading, Symmetric};
 
 use crate::{Harmonics, MagneticCircuit, NoConvergence};
 
-/// Which of two opposite voltage vectors along the d-axis raises the larger current, at the currents surveyed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum PolaritySignature {
-    /// The vector towards north, at each current: the magnet brings the core close to saturation.
-    Normal,
-    /// The vector towards south, at each current.
-    Inverted,
-    /// The answer depends on the current.
-    Mixed,
-    /// Neither: the motor has no magnet, or no saturation.
-    None,
+choice! {
+    /// Which of two opposite voltage vectors along the d-axis raises the larger current, at the currents surveyed.
+    #[derive(Serialize)]
+    #[serde(rename_all = "lowercase")]
+    pub enum PolaritySignature {
+        /// The vector towards north, at each current: the magnet brings the core close to saturation.
+        Normal = "normal",
+        /// The vector towards south, at each current.
+        Inverted = "inverted",
+        /// The answer depends on the current.
+        Mixed = "mixed",
+        /// Neither: the motor has no magnet, or no saturation.
+        None = "none",
+    }
 }
 
 /// The core at one current along the d- or the q-axis.

@@ -61,7 +61,7 @@ impl<U: Unit> FromStr for Quantity<U> {
 
 impl<U: Unit> fmt::Display for Quantity<U> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        U::DIMENSION.write(self.0, f)
+        f.write_str(&U::DIMENSION.text(self.0))
     }
 }
 

@@ -118,7 +118,13 @@ impl Dimension {
     }
 
     /// Returns a value in SI as the field writes it.
-    pub(crate) fn write(&self, value: f64, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    ///
+    /// ```
+    /// use standstill_quantity::{Unit, unit::Henry};
+    ///
+    /// assert_eq!(Henry::DIMENSION.text(9.2e-3), "9.2 mH");
+    /// ```
+    pub fn text(&self, value: f64) -> String {
         let power = Prefix::power_of(self.usual).unwrap_or(0);
         let scaled = rounded(value, -power);
         let number = if scaled != 0.0 && !(1e-3..1e6).contains(&scaled.abs()) {
@@ -126,7 +132,7 @@ impl Dimension {
         } else {
             format!("{scaled}")
         };
-        write!(f, "{}", format!("{number} {}{}", self.usual, self.symbol).trim_end())
+        format!("{number} {}{}", self.usual, self.symbol).trim_end().to_owned()
     }
 }
 

@@ -108,23 +108,6 @@ impl Dimension {
         self.share
     }
 
-    /// Returns a value in SI as the field writes it.
-    ///
-    /// ```
-    /// use standstill_quantity::{Unit, unit::Henry};
-    ///
-    /// assert_eq!(Henry::DIMENSION.text(9.2e-3), "9.2 mH");
-    /// ```
-    pub fn text(&self, value: f64) -> String {
-        struct Text<'a>(&'a Dimension, f64);
-        impl fmt::Display for Text<'_> {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                self.0.write(self.1, f)
-            }
-        }
-        Text(self, value).to_string()
-    }
-
     /// Returns all ways to write the unit.
     pub(crate) fn spellings(&self) -> impl Iterator<Item = &'static str> {
         std::iter::once(self.symbol).chain(self.aliases.iter().copied()).filter(|symbol| !symbol.is_empty())

@@ -67,32 +67,31 @@ fn limit(place: &mut Value, range: &Range) {
     }
 }
 
+/// Returns an entry of a key's schema, searched in all its alternatives.
+fn entry(key: &str, word: &str) -> Option<Value> {
+    let schema = unlimited();
+    let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema))?;
+    find(place, word, &schema).cloned()
+}
+
 /// Returns the SI unit of a key such as `sensors.noise` or `motor.winding.resistance`; empty for shares and dimensionless
 /// numbers, none if the key's values have no unit.
 pub fn unit(key: &str) -> Option<String> {
-    let schema = unlimited();
-    let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema))?;
-    find(place, "x-unit", &schema).and_then(|unit| unit.as_str().map(str::to_owned))
+    entry(key, "x-unit")?.as_str().map(str::to_owned)
 }
 
 /// Returns true if a key's values are shares, which people read in per cent.
 pub fn is_share(key: &str) -> bool {
-    let schema = unlimited();
-    let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema));
-    place.and_then(|place| find(place, "x-share", &schema)).and_then(Value::as_bool).unwrap_or(false)
+    entry(key, "x-share") == Some(Value::Bool(true))
 }
 
 /// Returns true if a key's values are numbers; none if there is no such key.
 pub fn has_numbers(key: &str) -> Option<bool> {
-    let schema = unlimited();
-    let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema))?;
-    let whole = || {
-        find(place, "type", &schema).is_some_and(|kind| match kind {
-            Value::Array(kinds) => kinds.iter().any(|kind| kind == "integer"),
-            kind => kind == "integer",
-        })
+    let is_whole = |kind| match kind {
+        Value::Array(kinds) => kinds.iter().any(|kind| kind == "integer"),
+        kind => kind == "integer",
     };
-    Some(find(place, "x-unit", &schema).is_some() || whole())
+    has(key, &unlimited()).then(|| entry(key, "x-unit").is_some() || entry(key, "type").is_some_and(is_whole))
 }
 
 /// Returns the paths of all keys with this name in a scenario, such as `sensors.noise` for `noise`.
@@ -123,10 +122,7 @@ fn gather(place: &Value, root: &Value, names: &mut Vec<String>) {
     names.extend(
         place.get("properties").and_then(Value::as_object).into_iter().flat_map(|all| all.keys().cloned()),
     );
-    let alternatives = ["anyOf", "oneOf", "allOf"].iter().filter_map(|name| place.get(name)?.as_array());
-    for of in alternatives.flatten() {
-        gather(of, root, names);
-    }
+    alternatives(place).for_each(|of| gather(of, root, names));
 }
 
 fn has(key: &str, schema: &Value) -> bool {
@@ -136,13 +132,8 @@ fn has(key: &str, schema: &Value) -> bool {
 /// Returns the schema of a property, searched in all alternatives of `place`.
 fn property<'a>(place: &'a Value, name: &str, root: &'a Value) -> Option<&'a Value> {
     let place = resolved(place, root);
-    place.get("properties").and_then(|properties| properties.get(name)).or_else(|| {
-        ["anyOf", "oneOf", "allOf"]
-            .iter()
-            .filter_map(|alternatives| place.get(alternatives)?.as_array())
-            .flatten()
-            .find_map(|alternative| property(alternative, name, root))
-    })
+    let own = place.get("properties").and_then(|properties| properties.get(name));
+    own.or_else(|| alternatives(place).find_map(|alternative| property(alternative, name, root)))
 }
 
 /// Returns an entry of a schema, searched in all its alternatives. For a number with a source, takes the entry of its
@@ -151,9 +142,12 @@ fn find<'a>(place: &'a Value, word: &str, root: &'a Value) -> Option<&'a Value> 
     let place = resolved(place, root);
     place.get(word).or_else(|| {
         let value = place.get("properties").and_then(|properties| properties.get("value"));
-        let alternatives = ["anyOf", "oneOf", "allOf"].iter().filter_map(|name| place.get(name)?.as_array());
-        value.into_iter().chain(alternatives.flatten()).find_map(|alternative| find(alternative, word, root))
+        value.into_iter().chain(alternatives(place)).find_map(|alternative| find(alternative, word, root))
     })
+}
+
+fn alternatives(place: &Value) -> impl Iterator<Item = &Value> {
+    ["anyOf", "oneOf", "allOf"].iter().filter_map(|name| place.get(name)?.as_array()).flatten()
 }
 
 fn resolved<'a>(place: &'a Value, root: &'a Value) -> &'a Value {

@@ -191,35 +191,16 @@ impl Cell<'_> {
     }
 }
 
-impl From<u64> for Cell<'_> {
-    fn from(whole: u64) -> Self {
-        Self::Whole(whole)
-    }
+macro_rules! cells {
+    ($($from:ty: $variant:ident,)+) => {$(
+        impl<'a> From<$from> for Cell<'a> {
+            fn from(value: $from) -> Self {
+                Self::$variant(value.into())
+            }
+        }
+    )+};
 }
-
-impl From<f64> for Cell<'_> {
-    fn from(number: f64) -> Self {
-        Self::Number(number)
-    }
-}
-
-impl From<bool> for Cell<'_> {
-    fn from(flag: bool) -> Self {
-        Self::Flag(flag)
-    }
-}
-
-impl<'a> From<&'a str> for Cell<'a> {
-    fn from(text: &'a str) -> Self {
-        Self::Text(Cow::Borrowed(text))
-    }
-}
-
-impl From<String> for Cell<'_> {
-    fn from(text: String) -> Self {
-        Self::Text(Cow::Owned(text))
-    }
-}
+cells! { u64: Whole, f64: Number, bool: Flag, &'a str: Text, String: Text, }
 
 impl<'a, T: Into<Cell<'a>>> From<Option<T>> for Cell<'a> {
     fn from(value: Option<T>) -> Self {

@@ -90,10 +90,8 @@ impl Detector<f64> for Player<'_> {
 /// Records the commands of a detector, whatever its outcome.
 pub fn record(case: &Case, detector: impl Detector<f64>) -> Result<Vec<Command<f64>>, RunError> {
     let mut recorder = Recorder { detector, commands: Vec::new() };
-    match run(case, &mut recorder, false, &mut NoProbe).ended {
-        Ended::Outcome(_) => Ok(recorder.commands),
-        Ended::Error(error) => Err(error),
-    }
+    let ended = run(case, &mut recorder, false, &mut NoProbe).ended;
+    of_whole(&ended, recorder.commands)
 }
 
 fn player<'a>(case: &Case, commands: &'a [Command<f64>]) -> Player<'a> {
@@ -101,22 +99,26 @@ fn player<'a>(case: &Case, commands: &'a [Command<f64>]) -> Player<'a> {
     Player { commands: commands.iter(), tick, readings: Readings::default() }
 }
 
+/// Returns what a run gave, if it came to its end.
+fn of_whole<T>(ended: &Ended<f64>, what: T) -> Result<T, RunError> {
+    match ended {
+        Ended::Outcome(_) => Ok(what),
+        Ended::Error(error) => Err(*error),
+    }
+}
+
 /// Replays commands on a plant and returns the readings.
 pub fn replay(case: &Case, commands: &[Command<f64>]) -> Result<Readings, RunError> {
     let mut player = player(case, commands);
-    match run(case, &mut player, false, &mut NoProbe).ended {
-        Ended::Outcome(_) => Ok(player.readings),
-        Ended::Error(error) => Err(error),
-    }
+    let ended = run(case, &mut player, false, &mut NoProbe).ended;
+    of_whole(&ended, player.readings)
 }
 
 /// Replays commands with the referee's integrator and returns the readings.
 pub fn replay_refereed(case: &Case, commands: &[Command<f64>]) -> Result<Readings, RunError> {
     let mut player = player(case, commands);
-    match referee(case, &mut player, false, &mut NoProbe).ended {
-        Ended::Outcome(_) => Ok(player.readings),
-        Ended::Error(error) => Err(error),
-    }
+    let ended = referee(case, &mut player, false, &mut NoProbe).ended;
+    of_whole(&ended, player.readings)
 }
 
 /// Replays commands on a plant and returns the events.

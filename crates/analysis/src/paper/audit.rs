@@ -25,20 +25,14 @@ pub struct Finding {
 }
 
 fn finding(
-    place: String,
+    place: &str,
     quantity: &str,
     printed: String,
     recomputed: String,
     note: Option<String>,
 ) -> Finding {
-    Finding {
-        place,
-        quantity: quantity.to_owned(),
-        printed,
-        recomputed,
-        agrees: note.is_none(),
-        note: note.unwrap_or_default(),
-    }
+    let (place, quantity) = (place.to_owned(), quantity.to_owned());
+    Finding { place, quantity, printed, recomputed, agrees: note.is_none(), note: note.unwrap_or_default() }
 }
 
 /// Returns 2θ in degrees, in [0, 360)°, from three line inductances, with the sign of the saliency of interior magnets.
@@ -54,50 +48,33 @@ fn way(a: f64, b: f64) -> f64 {
 
 /// Audits the equations, the tables and the rating.
 pub fn audit() -> Vec<Finding> {
-    let mut findings = equations();
-    findings.extend(table_1());
-    findings.push(relabelling());
-    findings.extend(table_2());
-    findings.push(rating());
-    findings
+    [equations(), table_1(), vec![relabelling()], table_2(), vec![rating()]].concat()
 }
 
 fn table_1() -> Vec<Finding> {
-    let mut findings = Vec::new();
     let sums = TABLE_1.map(|row| row.lines_mh.iter().sum::<f64>());
     let mean = sums.iter().sum::<f64>() / 5.0;
-    for (k, row) in TABLE_1.iter().enumerate() {
-        let place = format!("Table 1, row {}", k + 1);
+    let rows = TABLE_1.iter().zip(sums).zip(1..).flat_map(|((row, sum), number)| {
+        let place = format!("Table 1, row {number}");
         let twice = twice_angle(row.lines_mh);
         let difference = way(row.twice_deg, twice);
         // A tenth of a millihenry of rounding in each inductance moves 2θ by up to 0.6°.
-        let note = (difference.abs() > 0.6).then(|| {
+        let angle = (difference.abs() > 0.6).then(|| {
             format!("equation (7) with L_B < 0 gives {twice:.1}°, {difference:+.1}° from the printed angle")
         });
-        findings.push(finding(
-            place.clone(),
-            "2θ in degrees, equation (7)",
-            format!("{:.1}", row.twice_deg),
-            format!("{twice:.1}"),
-            note,
-        ));
-        let off = sums[k] - mean;
+        let (off, share) = (sum - mean, 100.0 * (sum - mean) / mean);
         // Three inductances rounded to 0.1 mH, and the mean of five such sums.
-        let note = (off.abs() > 0.15 + 0.15).then(|| {
-            format!(
-                "equation (5) makes the sum 9 L_A for every angle; this row is {:+.1} % off",
-                100.0 * off / mean
-            )
+        let constant = (off.abs() > 0.15 + 0.15).then(|| {
+            format!("equation (5) makes the sum 9 L_A for every angle; this row is {share:+.1} % off")
         });
-        findings.push(finding(
-            place,
-            "L_AB + L_BC + L_CA in mH, equation (5)",
-            format!("{:.1}", sums[k]),
-            format!("{mean:.1} (mean of the rows)"),
-            note,
-        ));
-    }
-    findings
+        let [printed, own] = [row.twice_deg, twice].map(|angle| format!("{angle:.1}"));
+        let [sum, mean] = [format!("{sum:.1}"), format!("{mean:.1} (mean of the rows)")];
+        [
+            finding(&place, "2θ in degrees, equation (7)", printed, own, angle),
+            finding(&place, "L_AB + L_BC + L_CA in mH, equation (5)", sum, mean, constant),
+        ]
+    });
+    rows.collect()
 }
 
 /// Searches for an order of the rows and columns, a sign of the saliency, a direction of rotation and a constant offset
@@ -125,17 +102,10 @@ fn relabelling() -> Finding {
             }
         }
     }
-    let note = (best.0 > 0.6).then(|| {
-        "no order of rows and columns, sign, direction and constant offset explains the five angles"
-            .to_owned()
-    });
-    finding(
-        "Table 1".to_owned(),
-        "2θ by any relabelling of rows and columns",
-        "five angles".to_owned(),
-        format!("best: {}, still {:.1}° off", best.1, best.0),
-        note,
-    )
+    let note = "no order of rows and columns, sign, direction and constant offset explains the five angles";
+    let found = format!("best: {}, still {:.1}° off", best.1, best.0);
+    let note = (best.0 > 0.6).then(|| note.to_owned());
+    finding("Table 1", "2θ by any relabelling of rows and columns", "five angles".to_owned(), found, note)
 }
 
 /// Returns all permutations of `n` indices.
@@ -143,15 +113,10 @@ fn orders(n: usize) -> Vec<Vec<usize>> {
     if n == 0 {
         return vec![Vec::new()];
     }
-    let mut all = Vec::new();
-    for shorter in orders(n - 1) {
-        for place in 0..n {
-            let mut order = shorter.clone();
-            order.insert(place, n - 1);
-            all.push(order);
-        }
-    }
-    all
+    let within = |shorter: Vec<usize>| {
+        (0..n).map(move |place| [&shorter[..place], &[n - 1], &shorter[place..]].concat())
+    };
+    orders(n - 1).into_iter().flat_map(within).collect()
 }
 
 /// Returns half of the shortest arc that contains all angles in [0, 360)°. This is their largest error after the best
@@ -170,25 +135,26 @@ fn equations() -> Vec<Finding> {
     let l = winding.inductance_matrix(angle);
     let mismatch = (l[(0, 0)] - 2.0 * l[(0, 1)]) * 1e3;
     let line = winding.line_inductance(Phase::A, Phase::B, angle) - winding.line_inductances(angle).0[0];
-    let printed_sign = 2.0 * rotor_angle_from_lines(Abc(TABLE_1[0].lines_mh), 1.0).to_degrees();
+    let printed = TABLE_1[0].twice_deg;
+    let sign = 2.0 * rotor_angle_from_lines(Abc(TABLE_1[0].lines_mh), 1.0).to_degrees();
+    let first = (mismatch.abs() > 1e-6 && line.abs() < 1e-12).then(|| {
+        format!(
+            "as printed L_AA − 2 M_AB would be zero, it is {mismatch:.1} mH; with L_BB equation (4) follows"
+        )
+    });
+    let signs =
+        "as a four-quadrant arctangent the printed signs hold for L_B > 0; interior magnets have L_B < 0";
+    let signs = (way(sign, printed).abs() > 0.6).then(|| signs.to_owned());
+    let [stands, needed] = ["L_AA + L_AB", "L_AA + L_BB"].map(|sum| format!("L_AB = {sum} − 2 M_AB"));
+    let [printed, sign] = [printed, sign].map(|angle| format!("{angle:.1}"));
     vec![
+        finding("Equation (3)", "first line", stands, needed, first),
         finding(
-            "Equation (3)".to_owned(),
-            "first line",
-            "L_AB = L_AA + L_AB − 2 M_AB".to_owned(),
-            "L_AB = L_AA + L_BB − 2 M_AB".to_owned(),
-            (mismatch.abs() > 1e-6 && line.abs() < 1e-12).then(|| {
-                format!("as printed L_AA − 2 M_AB would be zero, it is {mismatch:.1} mH; with L_BB equation (4) follows")
-            }),
-        ),
-        finding(
-            "Equation (7)".to_owned(),
+            "Equation (7)",
             "row 1 of Table 1 with the signs as printed, in degrees",
-            format!("{:.1}", TABLE_1[0].twice_deg),
-            format!("{printed_sign:.1}"),
-            (way(printed_sign, TABLE_1[0].twice_deg).abs() > 0.6).then(|| {
-                "as a four-quadrant arctangent the printed signs hold for L_B > 0; interior magnets have L_B < 0".to_owned()
-            }),
+            printed,
+            sign,
+            signs,
         ),
     ]
 }
@@ -197,80 +163,49 @@ fn table_2() -> Vec<Finding> {
     let mut findings = Vec::new();
     for (k, row) in TABLE_2.iter().enumerate() {
         let place = format!("Table 2, row {}", k + 1);
-        let half = TABLE_1[k].twice_deg / 2.0;
-        let off = row.candidates_deg[0] - half;
-        findings.push(finding(
-            place.clone(),
-            "first candidate: half of Table 1's 2θ, in degrees",
-            format!("{:.1}", row.candidates_deg[0]),
-            format!("{half:.2}"),
-            (off.abs() > 0.101).then(|| format!("{off:+.2}° from half the printed 2θ")),
-        ));
+        let mut add = |quantity: &str, printed: String, recomputed: String, note: Option<String>| {
+            findings.push(finding(&place, quantity, printed, recomputed, note));
+        };
+        let (first, half) = (row.candidates_deg[0], TABLE_1[k].twice_deg / 2.0);
+        let off = first - half;
+        let note = (off.abs() > 0.101).then(|| format!("{off:+.2}° from half the printed 2θ"));
+        let quantity = "first candidate: half of Table 1's 2θ, in degrees";
+        add(quantity, format!("{first:.1}"), format!("{half:.2}"), note);
         let larger = usize::from(row.current_a[0] <= row.current_a[1]);
-        let by_current = row.candidates_deg[larger];
-        let note = (way(by_current, row.identified_deg).abs() > 0.05).then(|| {
-            format!(
-                "the larger i_d, {:.2} A, is at {by_current:.1}°, but {:.1}° is declared",
-                row.current_a[larger], row.identified_deg
-            )
+        let (by_current, declared) = (row.candidates_deg[larger], row.identified_deg);
+        let note = (way(by_current, declared).abs() > 0.05).then(|| {
+            let current = row.current_a[larger];
+            format!("the larger i_d, {current:.2} A, is at {by_current:.1}°, but {declared:.1}° is declared")
         });
-        findings.push(finding(
-            place.clone(),
-            "angle by the larger i_d, in degrees",
-            format!("{:.1}", row.identified_deg),
-            format!("{by_current:.1}"),
-            note,
-        ));
-        let error = way(row.identified_deg, row.measured_deg);
-        findings.push(finding(
-            place.clone(),
-            "error: declared minus measured, in degrees",
-            format!("{:+.1}", row.error_deg),
-            format!("{error:+.1}"),
-            ((error - row.error_deg).abs() > 0.051)
-                .then(|| "the printed error is not the difference".to_owned()),
-        ));
-        findings.push(finding(
-            place.clone(),
-            "error within ±2°",
-            "yes".to_owned(),
-            format!("{error:+.1}°"),
-            (error.abs() > 2.0).then(|| "outside the ±2° that the paper states".to_owned()),
-        ));
+        let quantity = "angle by the larger i_d, in degrees";
+        add(quantity, format!("{declared:.1}"), format!("{by_current:.1}"), note);
+        let (error, printed) = (way(declared, row.measured_deg), row.error_deg);
+        let note =
+            ((error - printed).abs() > 0.051).then(|| "the printed error is not the difference".to_owned());
+        let quantity = "error: declared minus measured, in degrees";
+        add(quantity, format!("{printed:+.1}"), format!("{error:+.1}"), note);
+        let note = (error.abs() > 2.0).then(|| "outside the ±2° that the paper states".to_owned());
+        add("error within ±2°", "yes".to_owned(), format!("{error:+.1}°"), note);
         let difference = (row.current_a[0] - row.current_a[1]).abs();
-        findings.push(finding(
-            place,
-            "difference of the two i_d, in A",
-            "0.3 or more".to_owned(),
-            format!("{difference:.2}"),
-            (difference < 0.3).then(|| "less than the paper states".to_owned()),
-        ));
+        let note = (difference < 0.3).then(|| "less than the paper states".to_owned());
+        add("difference of the two i_d, in A", "0.3 or more".to_owned(), format!("{difference:.2}"), note);
     }
     let rms = |errors: [f64; 5]| (errors.iter().map(|e| e * e).sum::<f64>() / 5.0).sqrt();
     let printed = rms(TABLE_2.map(|row| row.error_deg));
-    let recomputed = rms(TABLE_2.map(|row| way(row.identified_deg, row.measured_deg)));
-    findings.push(finding(
-        "Table 2".to_owned(),
-        "rms of the five errors in degrees",
-        format!("{printed:.2}"),
-        format!("{recomputed:.2}"),
-        ((printed - recomputed).abs() > 0.005).then(|| "row 5 makes the difference".to_owned()),
-    ));
+    let own = rms(TABLE_2.map(|row| way(row.identified_deg, row.measured_deg)));
+    let note = ((printed - own).abs() > 0.005).then(|| "row 5 makes the difference".to_owned());
+    let [printed, own] = [printed, own].map(|rms| format!("{rms:.2}"));
+    findings.push(finding("Table 2", "rms of the five errors in degrees", printed, own, note));
     findings
 }
 
 /// Audits the rating of 5.5 kW at 8 A: without overmodulation, a 550 V link gives a line voltage of 550/√2 V rms.
 fn rating() -> Finding {
     let apparent = 3.0_f64.sqrt() * 550.0 / 2.0_f64.sqrt() * 8.0 / 1000.0;
-    let note = (apparent < 5.5)
-        .then(|| "beyond the apparent power of linear modulation, whatever the power factor".to_owned());
-    finding(
-        "Section 2".to_owned(),
-        "5.5 kW at 8 A rms from 550 V, in kVA",
-        "5.5".to_owned(),
-        format!("{apparent:.2}"),
-        note,
-    )
+    let note = "beyond the apparent power of linear modulation, whatever the power factor";
+    let note = (apparent < 5.5).then(|| note.to_owned());
+    let quantity = "5.5 kW at 8 A rms from 550 V, in kVA";
+    finding("Section 2", quantity, "5.5".to_owned(), format!("{apparent:.2}"), note)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Claims: statements of a requirement on the starts of one case, the results of the trials, and the verdicts.
 
 use serde::{Deserialize, Serialize};
+use standstill_interface::choice;
 use standstill_numeric::whole;
 use standstill_scenario::Record;
 
@@ -13,15 +14,17 @@ use crate::faults::is_detected;
 /// Axis error in degrees that a start without an answer counts as; no axis error is larger.
 const LARGEST_DEG: f64 = 90.0;
 
-/// Verdict on a requirement or a claim.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// The trials show that the statement holds.
-    Passed,
-    /// The trials do not decide.
-    NotShown,
-    /// The trials show that the statement does not hold.
-    Failed,
+choice! {
+    /// Verdict on a requirement or a claim.
+    #[derive(PartialOrd, Ord)]
+    pub enum Verdict {
+        /// The trials show that the statement holds.
+        Passed = "passed",
+        /// The trials do not decide.
+        NotShown = "not shown",
+        /// The trials show that the statement does not hold.
+        Failed = "failed",
+    }
 }
 
 /// The statement that a claim makes, with its limit.

@@ -4,25 +4,28 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::Serialize;
+use standstill_interface::choice;
 
 use super::identity::{Identity, Shard};
 use super::journal::{Journal, JournalError};
 use super::shards::{Gathered, ShardsError, head, journals, standing};
 
-/// Progress of a shard.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum State {
-    /// All its trials are in its journal.
-    Done,
-    /// A process is at work on it.
-    Running,
-    /// Some of its trials are there, and nobody is at work.
-    Begun,
-    /// The shard has no journal.
-    Missing,
-    /// The journal has a wrong block, which `--resume` computes again, or an unreadable header.
-    Damaged,
+choice! {
+    /// Progress of a shard.
+    #[derive(Serialize)]
+    #[serde(rename_all = "lowercase")]
+    pub enum State {
+        /// All its trials are in its journal.
+        Done = "done",
+        /// A process is at work on it.
+        Running = "running",
+        /// Some of its trials are there, and nobody is at work.
+        Begun = "begun",
+        /// The shard has no journal.
+        Missing = "missing",
+        /// The journal has a wrong block, which `--resume` computes again, or an unreadable header.
+        Damaged = "damaged",
+    }
 }
 
 /// The state of one shard.

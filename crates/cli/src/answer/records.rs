@@ -16,18 +16,17 @@ pub struct Records(pub Vec<Record>);
 /// CSV.
 #[derive(Clone, Debug, Default, Serialize)]
 #[serde(transparent)]
+#[must_use]
 pub struct Record(IndexMap<String, Value>);
 
 impl Record {
     /// Adds a field; not-a-number becomes a missing value.
-    #[must_use]
     pub fn with(mut self, name: &str, value: impl Serialize) -> Self {
         self.0.insert(name.to_owned(), json!(value));
         self
     }
 
     /// Adds an estimate and the ends of its interval: `NAME_UNIT`, `NAME_low_UNIT` and `NAME_high_UNIT`.
-    #[must_use]
     pub fn estimate(self, name: &str, unit: &str, estimate: Option<Estimate>) -> Self {
         let part = |of: fn(&Estimate) -> f64| estimate.as_ref().map(of);
         self.with(&format!("{name}{unit}"), part(|e| e.value))

@@ -63,43 +63,40 @@ fn quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', ""))
 }
 
-/// Returns the part of bash's script that completes settings and motors. Bash breaks words at `=`, so a value is
-/// completed by the words before it. Where no motor fits, bash completes file names itself, with its quotes.
-fn bash() -> String {
-    let settings: Vec<String> = settings().into_iter().map(|(setting, _)| setting).collect();
+/// Fills in the template of a script: all names with blanks between, or settings and keys each in a line.
+fn script(template: &str, line: Option<fn(&str, &str) -> String>) -> String {
+    let list = |all: Vec<(String, &'static str)>| match line {
+        Some(line) => all.iter().map(|(name, about)| line(name, about) + "\n").collect(),
+        None => all.into_iter().map(|(name, _)| name).collect::<Vec<_>>().join(" "),
+    };
+    let keys = keys().map(|key| (key.path.to_owned(), key.about)).collect();
     let values = [
-        ("settings", settings.join(" ")),
-        ("keys", keys().map(|key| key.path).collect::<Vec<_>>().join(" ")),
+        ("settings", list(settings())),
+        ("keys", list(keys)),
         ("motors", motors()),
         ("commands", of_scenarios().join(" ")),
     ];
-    filled(include_str!("completions/bash.sh"), &values)
+    filled(template, &values)
+}
+
+/// Returns the part of bash's script that completes settings and motors. Bash breaks words at `=`, so a value is
+/// completed by the words before it. Where no motor fits, bash completes file names itself, with its quotes.
+fn bash() -> String {
+    script(include_str!("completions/bash.sh"), None)
 }
 
 /// Names of the values of options that set or vary a key.
 const SETTINGS: [&str; 3] = ["KEY=VALUE", "KEY=VALUES", "KEY=LOW:HIGH"];
 
 /// Returns zsh's script with settings and motors, each with its description.
-fn zsh(script: &str) -> String {
-    let mut lists = String::from("\n_standstill_settings() {\n    local settings=(\n");
-    for (setting, about) in settings() {
-        let _ = writeln!(lists, "        {}", quoted(&format!("{setting}:{about}")));
-    }
-    lists += "    )\n    _describe -t settings setting settings -S ''\n}\n_standstill_keys() {\n    local keys=(\n";
-    for key in keys() {
-        let _ = writeln!(lists, "        {}", quoted(&format!("{}:{}", key.path, key.about)));
-    }
-    lists += "    )\n    _describe -t keys key keys\n}\n";
-    let _ = writeln!(
-        lists,
-        "_standstill_motors() {{\n    _alternative 'motors:motor:({})' 'files:scenario or data sheet:_files'\n}}",
-        motors()
-    );
+fn zsh(generated: &str) -> String {
+    let line = |name: &str, about: &str| format!("        {}", quoted(&format!("{name}:{about}")));
+    let lists = script(include_str!("completions/zsh.zsh"), Some(line));
     let motor = |line: &str| {
         [":scenario -- ", ":motor -- "].iter().any(|id| line.contains(id)) || line.contains(":MOTOR:_default")
     };
     let mut text = String::new();
-    for line in script.lines() {
+    for line in generated.lines() {
         // A colon ends the name of a value there, unless it is escaped.
         let line = SETTINGS.into_iter().fold(line.to_owned(), |line, value| {
             let escaped = value.replace(':', r"\:");
@@ -121,18 +118,12 @@ fn zsh(script: &str) -> String {
 }
 
 /// Returns fish's script with settings and motors, each with its description.
-fn fish(script: &str) -> String {
-    let mut text = String::from("function __standstill_settings\n");
-    for (setting, about) in settings() {
-        let _ = writeln!(text, "    printf '%s\\t%s\\n' {} {}", quoted(&setting), quoted(about));
-    }
-    text += "end\nfunction __standstill_keys\n";
-    for key in keys() {
-        let _ = writeln!(text, "    printf '%s\\t%s\\n' {} {}", quoted(key.path), quoted(key.about));
-    }
-    text += "end\n";
+fn fish(generated: &str) -> String {
+    let line =
+        |name: &str, about: &str| format!("    printf '%s\\t%s\\n' {} {}", quoted(name), quoted(about));
+    let mut text = script(include_str!("completions/fish.fish"), Some(line));
     let motors = motors();
-    for line in script.lines() {
+    for line in generated.lines() {
         text += line;
         if [" -s s -l set ", " -l vary "].iter().any(|option| line.contains(option)) {
             text += " -f -a '(__standstill_settings)'";

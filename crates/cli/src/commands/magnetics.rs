@@ -156,15 +156,6 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     answer.report(folder, options.json, &Made { asked: Some(asked), ..Made::default() })
 }
 
-const fn name(signature: PolaritySignature) -> &'static str {
-    match signature {
-        PolaritySignature::Normal => "normal",
-        PolaritySignature::Inverted => "inverted",
-        PolaritySignature::Mixed => "mixed",
-        PolaritySignature::None => "none",
-    }
-}
-
 /// Returns the standard errors of L_dd, L_dq and L_qq in H; none if the inductances do not come from a map. `current`:
 /// i_d and i_q in A on one of the axes. The temperature of a magnet changes the motor's operating point on the map, not
 /// the map's accuracy.

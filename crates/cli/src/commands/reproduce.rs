@@ -63,7 +63,7 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
 
     let limit = file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
     let mut statistics = Statistics::with_limit(limit);
-    let mut cloud = ErrorCloud::new();
+    let mut cloud = ErrorCloud::default();
     let mut rows_to = output.begin("trials.csv")?;
     let bar = progress::bar(file.trials);
     let campaign = Campaign { scenario, trials: file.trials, threads: options.threads.map(usize::from) };

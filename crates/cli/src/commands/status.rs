@@ -14,14 +14,6 @@ use crate::error::Error;
 use crate::shell::table::Print as _;
 use standstill_report::page::{Column, Table};
 
-const STATES: [(State, &str); 5] = [
-    (State::Done, "done"),
-    (State::Running, "running"),
-    (State::Begun, "begun"),
-    (State::Missing, "missing"),
-    (State::Damaged, "damaged"),
-];
-
 /// Largest number of shards that are listed; if there are more, only their number is printed.
 const MOST_LINES: usize = 40;
 
@@ -37,14 +29,14 @@ pub fn run(options: &Status) -> Result<Report, Error> {
     let again = if plain { String::new() } else { survey.again() };
     if options.json {
         let counts: serde_json::Map<_, _> =
-            STATES.iter().map(|(state, name)| ((*name).to_owned(), count(*state).into())).collect();
+            State::ALL.iter().map(|state| (state.name().to_owned(), count(*state).into())).collect();
         let array = (!again.is_empty()).then_some(&again);
         let json =
             json!({ "run": survey.identity, "counts": counts, "array": array, "shards": survey.shards });
         return Ok(Report { text: format!("{json:#}\n"), code });
     }
-    let counts = STATES.iter().filter(|(state, _)| count(*state) > 0);
-    let counts: Vec<String> = counts.map(|(state, name)| format!("{} {name}", count(*state))).collect();
+    let counts = State::ALL.iter().filter(|state| count(**state) > 0);
+    let counts: Vec<String> = counts.map(|state| format!("{} {}", count(*state), state.name())).collect();
     let all = survey.shards.len();
     let mut text = if plain {
         format!("a run without shards: {}\n", counts.join(", ").trim_start_matches("1 "))
@@ -53,10 +45,9 @@ pub fn run(options: &Status) -> Result<Report, Error> {
     };
     let open: Vec<_> = survey.shards.iter().filter(|shard| shard.state != State::Done).collect();
     let rows = open.iter().take(MOST_LINES).map(|shard| {
-        let name = STATES.iter().find(|(state, _)| *state == shard.state).map_or("", |(_, name)| name);
         let left = shard.left.map_or_else(String::new, |left| left.to_string());
         let journal = shard.journal.as_ref().map_or_else(String::new, |path| path.display().to_string());
-        vec![shard.index.to_string(), name.to_owned(), left, journal]
+        vec![shard.index.to_string(), shard.state.name().to_owned(), left, journal]
     });
     if !open.is_empty() {
         text.push('\n');
@@ -92,9 +83,9 @@ fn finished(folder: &Path, as_json: bool) -> Result<Report, Error> {
     };
     let (run, trials) = (&summary.run, summary.trials());
     let text = if as_json {
-        let counts: serde_json::Map<_, _> = STATES
+        let counts: serde_json::Map<_, _> = State::ALL
             .iter()
-            .map(|(state, name)| ((*name).to_owned(), i32::from(*state == State::Done).into()))
+            .map(|state| (state.name().to_owned(), i32::from(*state == State::Done).into()))
             .collect();
         format!("{:#}\n", json!({ "run": run, "counts": counts, "array": null, "shards": [] }))
     } else {

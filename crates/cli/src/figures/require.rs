@@ -193,7 +193,7 @@ mod tests {
         assert_eq!((ends.len(), ends[0].0), (1, 10.0));
         // 0.4 %, in its own unit.
         assert!((ends[0].1 - 0.4).abs() < 1e-12, "{ends:?}");
-        assert_eq!(figure.panels[0].y.label, "wrong_poles (%)");
+        assert_eq!(figure.panels[0].y.label, "wrong_poles, unanswered starts included (%)");
         let level = layers.iter().find_map(|layer| match layer {
             Layer::HorizontalRule { label, y } => Some((label.as_deref(), *y)),
             _ => None,

@@ -193,7 +193,7 @@ impl FinishedRun {
 
     /// Reads the errors of all trials and keeps as many of them as can be drawn.
     pub fn cloud(&self) -> Result<ErrorCloud, Error> {
-        let (mut cloud, mut complete) = (ErrorCloud::new(), true);
+        let (mut cloud, mut complete) = (ErrorCloud::default(), true);
         let open = self.summary.run.pole_is_open;
         self.trials(|_, row| {
             complete &= !row.true_angle_deg.is_nan();

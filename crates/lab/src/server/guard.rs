@@ -54,14 +54,13 @@ fn same(a: &[u8], b: &[u8]) -> bool {
 
 /// Returns a path without its `%20`s.
 pub(super) fn decoded(path: &str) -> String {
-    let bytes = path.as_bytes();
-    let (mut out, mut at) = (Vec::with_capacity(bytes.len()), 0);
-    while at < bytes.len() {
-        let digits = (bytes[at] == b'%').then(|| path.get(at + 1..at + 3)).flatten();
-        match digits.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
-            Some(byte) => (out.push(byte), at += 3).1,
-            None => (out.push(bytes[at]), at += 1).1,
-        }
+    let mut parts = path.split('%');
+    let mut out = parts.next().unwrap_or_default().as_bytes().to_vec();
+    for part in parts {
+        let escaped = part.get(..2).and_then(|digits| u8::from_str_radix(digits, 16).ok());
+        let (byte, rest) = escaped.map_or((b'%', part), |byte| (byte, &part[2..]));
+        out.push(byte);
+        out.extend_from_slice(rest.as_bytes());
     }
     String::from_utf8_lossy(&out).into_owned()
 }

@@ -92,6 +92,7 @@ impl Cogging {
 /// # Ok::<(), standstill_plant::NoConvergence>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[must_use]
 pub struct MagneticCircuit {
     core: Core,
     /// m: change of the magnet with temperature, as a current in A: `W = W₀ − m·ψ`. Along the flux without current, if
@@ -127,21 +128,18 @@ impl MagneticCircuit {
     }
 
     /// Sets the harmonics, which must be smaller than the inductances: see [`Harmonics::fit`].
-    #[must_use]
     pub fn with_harmonics(self, harmonics: Harmonics) -> Self {
         let distortion = harmonics.any().then(|| Distortion::new(harmonics, self.rest, self.inductance));
         Self { harmonics, distortion, ..self }
     }
 
     /// Sets the eddy currents.
-    #[must_use]
     pub fn with_eddy_currents(self, eddy: Option<EddyBranch>) -> Self {
         let eddy = eddy.map(|branch| (branch, branch.inverse_inductance(self.inductance)));
         Self { eddy, ..self }
     }
 
     /// Sets the hysteresis. A hysteresis without coercive current or cells changes nothing.
-    #[must_use]
     pub fn with_hysteresis(self, hysteresis: Option<Hysteresis>) -> Self {
         let remembers = |of: &Hysteresis| of.coercive_current > 0.0 && of.depth > 0.0 && of.cells > 0;
         let least = self.inductance.smaller_eigenvalue();

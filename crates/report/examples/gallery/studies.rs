@@ -58,7 +58,7 @@ fn point(
 
 fn cloud(trials: u32, scale: f64, odds: f64) -> ErrorCloud {
     let mut random = noise(1);
-    let mut cloud = ErrorCloud::new();
+    let mut cloud = ErrorCloud::default();
     for _ in 0..trials {
         let angle = 360.0 * random();
         let spread: f64 = (0..6).map(|_| random() - 0.5).sum();
@@ -146,6 +146,6 @@ pub(super) fn all() -> Vec<(&'static str, Study)> {
         ("scattered", scattered()),
         ("from_zero", study("noise from zero", vec![axis("sensors.noise", "noise", "A")], from_zero, None)),
         ("one_point", study("one point", x(), one, Some(cloud(1, 1.0, 0.0)))),
-        ("nothing", study("", x(), vec![], Some(ErrorCloud::new()))),
+        ("nothing", study("", x(), vec![], Some(ErrorCloud::default()))),
     ]
 }

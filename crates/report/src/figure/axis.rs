@@ -7,6 +7,7 @@ use std::ops::Range;
 
 /// An axis of a panel.
 #[derive(Clone, Debug, PartialEq)]
+#[must_use]
 pub struct Axis {
     /// Quantity, symbol and unit, as in `time t (ms)`.
     pub label: String,
@@ -58,28 +59,24 @@ impl Axis {
     }
 
     /// Returns the axis with a logarithmic scale.
-    #[must_use]
     pub fn log10(mut self) -> Self {
         self.scale = AxisScale::Log10;
         self
     }
 
     /// Returns the axis from `first` to `last`.
-    #[must_use]
     pub fn range(mut self, first: f64, last: f64) -> Self {
         self.range = Some((first, last));
         self
     }
 
     /// Returns the axis marked at whole numbers.
-    #[must_use]
     pub fn whole(mut self) -> Self {
         self.ticks = Ticks::Whole;
         self
     }
 
     /// Returns the axis marked at multiples of `step`.
-    #[must_use]
     pub fn step(mut self, step: f64) -> Self {
         self.ticks = Ticks::Step(step);
         self

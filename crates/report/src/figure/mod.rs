@@ -34,8 +34,6 @@ mod chart;
 mod colour;
 mod extent;
 mod heat;
-#[cfg(test)]
-mod labels;
 mod layers;
 mod legend;
 mod letters;
@@ -45,6 +43,8 @@ mod png;
 mod reduce;
 mod style;
 mod svg;
+#[cfg(test)]
+mod tests;
 mod text;
 mod ticks;
 
@@ -80,6 +80,7 @@ pub struct Figure {
 
 /// A pair of axes with its layers.
 #[derive(Clone, Debug, PartialEq)]
+#[must_use]
 pub struct Panel {
     /// Title above the legend; required only for figures with several panels. May be empty.
     pub title: String,
@@ -296,7 +297,6 @@ impl Panel {
     }
 
     /// Returns the panel with a title.
-    #[must_use]
     pub fn titled(self, title: impl Into<String>) -> Self {
         Self { title: title.into(), ..self }
     }
@@ -327,7 +327,6 @@ impl Panel {
     }
 
     /// Returns the panel with one more layer in front.
-    #[must_use]
     pub fn with(mut self, layer: Layer) -> Self {
         self.layers.push(layer);
         self

@@ -4,6 +4,7 @@ use super::Tone;
 
 /// A table. On a page its rows can be sorted by each column and, if there are more than 20, filtered.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[must_use]
 pub struct Table {
     /// The subject of the table; may be empty.
     pub caption: String,
@@ -19,6 +20,7 @@ pub struct Table {
 
 /// Heading of a column, and its behaviour when there is too little room.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[must_use]
 pub struct Column {
     /// The quantity.
     pub name: String,
@@ -75,25 +77,21 @@ impl Column {
     }
 
     /// Sets the unit.
-    #[must_use]
     pub fn unit(self, unit: impl Into<String>) -> Self {
         Self { unit: unit.into(), ..self }
     }
 
     /// Sets the rank, see [`Column::rank`].
-    #[must_use]
     pub fn rank(self, rank: u8) -> Self {
         Self { rank, ..self }
     }
 
     /// Sets the rank for removal of brackets, see [`Column::bracket`].
-    #[must_use]
     pub fn bracket(self, rank: u8) -> Self {
         Self { bracket: rank, ..self }
     }
 
     /// Colours the column's cells by the tones of their rows.
-    #[must_use]
     pub fn judged(self) -> Self {
         Self { judged: true, ..self }
     }
@@ -116,7 +114,6 @@ impl Table {
     }
 
     /// Sets the caption.
-    #[must_use]
     pub fn captioned(self, caption: impl Into<String>) -> Self {
         Self { caption: caption.into(), ..self }
     }
@@ -134,25 +131,21 @@ impl Table {
     }
 
     /// Adds rows without tone.
-    #[must_use]
     pub fn rows(self, rows: impl IntoIterator<Item = Vec<String>>) -> Self {
         self.judged(rows.into_iter().map(|row| (Tone::Neutral, row)))
     }
 
     /// Adds rows with their tones.
-    #[must_use]
     pub fn judged(self, rows: impl IntoIterator<Item = (Tone, Vec<String>)>) -> Self {
         Self { rows: rows.into_iter().collect(), ..self }
     }
 
     /// Moves the first cells to lines above their rows when there is too little room.
-    #[must_use]
     pub fn headed(self) -> Self {
         Self { headed: true, ..self }
     }
 
     /// Limits a terminal's view to some rows, with a sentence below them.
-    #[must_use]
     pub fn excerpt(self, rows: Vec<usize>, sentence: impl Into<String>) -> Self {
         Self { excerpt: Some((rows, sentence.into())), ..self }
     }

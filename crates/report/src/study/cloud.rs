@@ -80,10 +80,6 @@ struct Magnitudes {
 }
 
 impl Magnitudes {
-    fn new() -> Self {
-        Self { counts: vec![0; OCTAVES * STEPS + 1], largest: 0.0 }
-    }
-
     fn push(&mut self, magnitude: f64) {
         let place = (magnitude / LEAST).log2() * STEPS as f64;
         let index: usize = whole((place.floor() + 1.0).clamp(0.0, (OCTAVES * STEPS) as f64));
@@ -114,7 +110,6 @@ impl Magnitudes {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorCloud {
     trials: u64,
-    wrong_poles: u64,
     bins: Vec<Thinned<f64>>,
     signed: Thinned<f64>,
     magnitudes: Magnitudes,
@@ -123,25 +118,20 @@ pub struct ErrorCloud {
 }
 
 impl Default for ErrorCloud {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl ErrorCloud {
     /// Makes a cloud without trials.
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self {
             trials: 0,
-            wrong_poles: 0,
             bins: vec![Thinned::new(PER_BIN); BINS],
             signed: Thinned::new(SIGNED),
-            magnitudes: Magnitudes::new(),
+            magnitudes: Magnitudes { counts: vec![0; OCTAVES * STEPS + 1], largest: 0.0 },
             points: Thinned::new(CLOUD),
             wrong: Thinned::new(WRONG),
         }
     }
+}
 
+impl ErrorCloud {
     /// Adds a trial: the rotor's angle, the error of the axis in (−90, 90]° if an axis was found, and the whole error
     /// in (−180, 180]° if a pole was found. A whole error beyond 90° is a wrong pole. Errors that are not finite count
     /// as not found.
@@ -152,12 +142,10 @@ impl ErrorCloud {
             return;
         }
         if error_deg.is_some_and(|error| error.abs() > 90.0) {
-            self.wrong_poles += 1;
             self.wrong.push(angle);
         }
         let Some(error) = axis_error_deg.filter(|error| error.is_finite()) else { return };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an angle in [0, 360)")]
-        let bin = ((angle / 360.0 * BINS as f64) as usize).min(BINS - 1);
+        let bin = whole::<usize>(angle / 360.0 * BINS as f64).min(BINS - 1);
         self.bins[bin].push(error);
         self.signed.push(error);
         self.magnitudes.push(error.abs());
@@ -176,7 +164,7 @@ impl ErrorCloud {
 
     /// Trials that named the wrong pole.
     pub fn wrong_poles(&self) -> u64 {
-        self.wrong_poles
+        self.wrong.seen()
     }
 
     /// Returns the largest magnitude of an axis error in degrees; 0 without any.

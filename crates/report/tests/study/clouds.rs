@@ -8,7 +8,7 @@ use super::study;
 #[test]
 fn law_bands_are_of_bins_with_starts_enough() {
     let of = |starts: u32| {
-        let mut cloud = ErrorCloud::new();
+        let mut cloud = ErrorCloud::default();
         for k in 0..starts {
             cloud.add(f64::from(k) * 360.0 / f64::from(starts), Some(f64::from(k % 7)), None);
         }
@@ -21,7 +21,7 @@ fn law_bands_are_of_bins_with_starts_enough() {
 #[test]
 fn analytic_an_error_of_six_periods_is_drawn_in_its_size_and_closes_at_360_degrees() {
     for starts in [104u32, 479, 480, 720, 1439, 1440, 2880, 30_000] {
-        let mut cloud = ErrorCloud::new();
+        let mut cloud = ErrorCloud::default();
         for k in 0..starts {
             let angle = (f64::from(k) + 0.5) * 360.0 / f64::from(starts);
             // A spread of its own, of nine values from −0.1 to 0.1.
@@ -63,7 +63,7 @@ fn law_thinning_keeps_every_nth_in_bounded_memory() {
 #[test]
 fn analytic_quantiles_of_a_uniform_error() {
     for scale in [0.001, 30.0] {
-        let mut cloud = ErrorCloud::new();
+        let mut cloud = ErrorCloud::default();
         for i in 0..400_000u32 {
             // Two sequences that fill the square evenly.
             let (u, v) = ((f64::from(i) * 0.754_877_666).fract(), (f64::from(i) * 0.569_840_291).fract());
@@ -85,7 +85,7 @@ fn analytic_quantiles_of_a_uniform_error() {
 
 #[test]
 fn law_wrong_poles_do_not_blow_the_scale() {
-    let mut cloud = ErrorCloud::new();
+    let mut cloud = ErrorCloud::default();
     for i in 0..1000u32 {
         let error = 0.01 * f64::from(i % 7);
         cloud.add(f64::from(i), Some(error), Some(if i % 100 == 0 { error - 180.0 } else { error }));

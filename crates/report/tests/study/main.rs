@@ -87,7 +87,7 @@ fn law_figures_follow_from_the_axes() {
     let alone = |p: &&StudyPoint| p.coordinates[1] == number(0.1) && p.coordinates[2] == number(1.0);
     let alone = Study { points: grid().points.iter().filter(alone).cloned().collect(), ..grid() };
     assert_eq!(names(&alone), ["methods"]);
-    let mut cloud = ErrorCloud::new();
+    let mut cloud = ErrorCloud::default();
     let all = point(Vec::new(), interval(1.0, 0.1), 1000, 0);
     let run = |cloud: &ErrorCloud| Study { cloud: Some(cloud.clone()), ..study(&[], vec![all.clone()]) };
     // No start found an axis: nothing to draw.
@@ -182,7 +182,7 @@ fn law_points_that_fail_too_often_are_hatched_and_sweeps_pool_no_trials() {
     for point in study.points.iter_mut().filter(|p| p.coordinates[1] == number(0.01)) {
         (point.wrong_poles, point.undetermined) = (0, 11);
     }
-    let mut cloud = ErrorCloud::new();
+    let mut cloud = ErrorCloud::default();
     cloud.add(10.0, Some(0.1), Some(0.1));
     study.cloud = Some(cloud);
     let all = figures(&study);
@@ -255,14 +255,14 @@ fn regress_awkward_studies_are_drawn() {
         point(vec![number(f64::NAN), Coordinate::Name("a".into())], interval(1.0, 0.1), 1, 0),
         point(vec![Coordinate::Name("b".into())], interval(1.0, 0.1), 1, 1),
     ];
-    let mut one = ErrorCloud::new();
+    let mut one = ErrorCloud::default();
     one.add(0.0, Some(0.0), Some(180.0));
     for study in [
         study(&["noise"], unknown),
         study(&["noise"], zero),
         study(&["noise", "x"], mixed),
         Study { cloud: Some(one), ..study(&["noise"], vec![]) },
-        Study { cloud: Some(ErrorCloud::new()), design: Design::Scattered, ..grid() },
+        Study { cloud: Some(ErrorCloud::default()), design: Design::Scattered, ..grid() },
     ] {
         for (_, figure) in figures(&study) {
             figure.svg().unwrap();
@@ -287,7 +287,7 @@ fn regress_cells_and_marks_have_no_digits_beyond_their_intervals() {
     let Layer::Heat { texts, .. } = &heat.panels[0].layers[0] else { panic!("{heat:?}") };
     assert_eq!(texts[..], ["0.752", "0.8", "14.2", "7.5"]);
     // One run: the figure's marks are the table's.
-    let mut cloud = ErrorCloud::new();
+    let mut cloud = ErrorCloud::default();
     (0..1000).for_each(|k| cloud.add(f64::from(k) * 0.36, Some((f64::from(k) * 0.7).sin()), None));
     let one =
         Study { cloud: Some(cloud), ..study(&[], vec![point(Vec::new(), interval(0.404, 0.04), 1000, 0)]) };

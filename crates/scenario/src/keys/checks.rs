@@ -3,6 +3,7 @@
 use std::fmt;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::value::SeqAccessDeserializer;
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use standstill_detect::{Check, Checks, MethodName};
@@ -63,11 +64,8 @@ impl<'de> Visitor<'de> for Read {
         Ok(CheckList::All(all))
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, mut names: A) -> Result<CheckList, A::Error> {
-        let mut all = Vec::new();
-        while let Some(name) = names.next_element::<String>()? {
-            all.push(name);
-        }
+    fn visit_seq<A: SeqAccess<'de>>(self, names: A) -> Result<CheckList, A::Error> {
+        let all = Vec::<String>::deserialize(SeqAccessDeserializer::new(names))?;
         let checks = Checks::named(all.iter().map(String::as_str));
         checks.map(CheckList::Named).map_err(|wrong| Error::unknown_variant(wrong, <Check as Choice>::NAMES))
     }

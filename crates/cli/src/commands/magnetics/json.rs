@@ -3,12 +3,12 @@
 use serde_json::json;
 use standstill_plant::{FluxMap, MapReport, Survey};
 
-use super::{Subject, name, reach, short_pulse, standard_errors};
+use super::{Subject, reach, short_pulse, standard_errors};
 
 pub fn of(subject: &Subject, survey: &Survey) -> serde_json::Value {
     json!({
         "motor": subject.name,
-        "polarity_signature": name(survey.signature),
+        "polarity_signature": survey.signature.name(),
         "reciprocity_error_rel": survey.reciprocity_error,
         "convex": survey.convex,
         "open_circuit_flux_Wb": survey.open_circuit_flux,

@@ -8,7 +8,7 @@ use standstill_plant::{
 use standstill_quantity::{decimals, number, short};
 use standstill_report::page::{Block, Column, Table, Tone};
 
-use super::{Subject, name, reach, short_pulse, standard_errors};
+use super::{Subject, reach, short_pulse, standard_errors};
 use crate::answer::{Answer, verdict};
 use crate::figures;
 
@@ -95,7 +95,7 @@ pub fn of(subject: &Subject, survey: &Survey) -> Answer {
         } else {
             ""
         },
-        name(survey.signature),
+        survey.signature.name(),
         meaning(survey.signature)
     );
     let mut text = format!(

@@ -1,7 +1,7 @@
 //! The answer of `odds` as text, tables and JSON.
 
 use serde_json::json;
-use standstill_analysis::subset::{End, Run};
+use standstill_analysis::subset::Run;
 use standstill_analysis::{Anatomy, Draw, Estimator as By, Event, Odds, Sector};
 use standstill_campaign::Estimate;
 use standstill_quantity::{magnitude, rounded};
@@ -84,12 +84,6 @@ fn headline(event: Event, odds: &Odds) -> String {
 }
 
 fn run((number, run): (usize, &Run)) -> Record {
-    let end = match run.end {
-        End::Reached => "reached",
-        End::Flat => "flat",
-        End::TooRare => "too rare",
-        End::Constant => "constant",
-    };
     Record::default()
         .with("run", number + 1)
         .with("probability", run.probability)
@@ -98,7 +92,7 @@ fn run((number, run): (usize, &Run)) -> Record {
         .with("trials", run.trials)
         .with("acceptance", run.acceptance)
         .with("ancestors", run.ancestors)
-        .with("end", end)
+        .with("end", run.end.name())
 }
 
 /// Returns the table of the runs, which only the page shows.
@@ -194,6 +188,7 @@ mod tests {
     use standstill_analysis::subset::Settings;
 
     use super::*;
+    use standstill_analysis::subset::End;
 
     #[test]
     fn law_one_in_so_many_has_few_digits() {

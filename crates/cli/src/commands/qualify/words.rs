@@ -24,15 +24,6 @@ pub struct Words<'a> {
     pub silent: Vec<&'a Witness>,
 }
 
-/// Returns a verdict as one word.
-pub const fn word(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Passed => "passed",
-        Verdict::Failed => "failed",
-        Verdict::NotShown => "not shown",
-    }
-}
-
 /// Describes the settings of a case in words.
 pub fn case(case: &Case) -> String {
     let text = |value: &toml::Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
@@ -152,7 +143,7 @@ impl Words<'_> {
     pub fn row(&self, number: usize) -> Vec<String> {
         let requirement = self.requirement(number);
         let (shown, trials) = self.evidence(number);
-        let verdict = word(self.found.verdict(number)).to_owned();
+        let verdict = self.found.verdict(number).name().to_owned();
         vec![requirement.id.clone(), verdict, requirement.limit.clone(), shown, trials.to_string()]
     }
 
@@ -185,7 +176,7 @@ impl Words<'_> {
             })
         });
         json!({
-            "case": of.options(), "motor": of.motor, "guards_answers": claim.guards, "verdict": word(claim.verdict()), "decided_by": by(claim),
+            "case": of.options(), "motor": of.motor, "guards_answers": claim.guards, "verdict": claim.verdict().name(), "decided_by": by(claim),
             "shown": shown(claim), "value": value, "low": low, "high": high, "at_most": claim.limit(),
             "cases": claim.seen.cases, "of": claim.seen.of, "trials": claim.trials, "most_trials": claim.most,
             "error_probability": claim.alpha, "trial": claim.seen.worst.map(|(trial, _)| trial),
@@ -203,7 +194,7 @@ impl Words<'_> {
             let (next, command) = self.advice(*number);
             json!({
                 "id": requirement.id, "text": requirement.text, "limit": requirement.limit,
-                "verdict": word(self.found.verdict(*number)), "claims": claims,
+                "verdict": self.found.verdict(*number).name(), "claims": claims,
                 "next": next, "next_command": command, "repeats": self.repeats(*number),
             })
         };
@@ -211,7 +202,7 @@ impl Words<'_> {
             self.asked.iter().map(|number| self.found.verdict(*number)).max().unwrap_or(Verdict::NotShown);
         let verdict = if self.silent.is_empty() { verdict } else { Verdict::Failed };
         json!({
-            "verdict": word(verdict),
+            "verdict": verdict.name(),
             "confidence": self.found.requirements.confidence,
             "claims": self.found.count(),
             "requirements": self.asked.iter().map(of).collect::<Vec<_>>(),
@@ -231,7 +222,7 @@ impl Words<'_> {
                         .with("limit", &requirement.limit)
                         .with("case", case(of))
                         .with("guards_answers", claim.guards)
-                        .with("verdict", word(claim.verdict()))
+                        .with("verdict", claim.verdict().name())
                         .with("decided_by", by(claim))
                         .with("value", value)
                         .with("low", low)
@@ -296,7 +287,7 @@ impl Words<'_> {
                 requirement.text.clone(),
                 requirement.limit.clone(),
                 format!("{shown} ({trials} trials)"),
-                word(self.found.verdict(*number)).to_owned(),
+                self.found.verdict(*number).name().to_owned(),
             ]
         });
         Sheet {

@@ -7,6 +7,8 @@
 
 use std::io::Read;
 
+use standstill_numeric::whole;
+
 use super::Variables;
 use crate::import::arrays::{self, Array, MOST_POINTS};
 
@@ -151,9 +153,7 @@ impl<'a> Matrix<'a> {
         let (kind, length) = self.rest.element()?;
         let length = *self.rest.numbers(kind, length)?.first()?;
         let (_, names) = self.rest.element()?;
-        // The length of a name is a small whole number.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let names = names.chunks_exact((length as usize).max(1));
+        let names = names.chunks_exact(whole::<usize>(length).max(1));
         for text in names {
             let end = text.iter().position(|byte| *byte == 0).unwrap_or(text.len());
             let (kind, data) = self.rest.element()?;
@@ -190,9 +190,7 @@ impl<'a> Matrix<'a> {
         let cut = || "less data than its size asks for".to_owned();
         let (kind, data) = self.rest.element().ok_or_else(cut)?;
         let values = self.rest.numbers(kind, data).ok_or_else(|| format!("values of type {kind}"))?;
-        // Checked above: small whole numbers.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let (rows, columns) = (rows as usize, columns as usize);
+        let (rows, columns): (usize, usize) = (whole(rows), whole(columns));
         if rows * columns == 0 || values.len() != rows * columns {
             return Err(cut());
         }

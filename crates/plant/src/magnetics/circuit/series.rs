@@ -112,7 +112,6 @@ impl Magnetics for Series {
 impl MagneticCircuit {
     /// Adds a constant inductance in H in series along d and along q. It may be negative, but the sum must
     /// stay an inductance.
-    #[must_use]
     pub fn with_series_inductance(&self, inductance: Dq<f64>) -> Self {
         let series = Series { core: self.core.clone(), magnet: self.magnet, inductance };
         let l = self.inductance;

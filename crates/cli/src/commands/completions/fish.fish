@@ -1,0 +1,4 @@
+function __standstill_settings
+§settings§end
+function __standstill_keys
+§keys§end
