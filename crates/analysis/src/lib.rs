@@ -49,5 +49,6 @@ pub use standstill_odds::{Alarm, Estimator, GIVEN_UP, Halt, Odds, RUNS, System, 
 pub use suitability::{
     Advice, Alternative, CANDIDATES, Candidate, Condition, Confirmed, Demand, Demands, Effort, Margins,
     Progress, Setting, Suitability, SuitabilityError, Suited, TurningSpeeds, Wanting, Way, most_work,
+    standing,
 };
 pub use trials::Trials;

@@ -113,6 +113,8 @@ pub struct Suitability {
     pub candidates: Vec<Candidate>,
     /// The methods not tried because they do not have all settings of the detector that the scenario sets.
     pub left_out: Vec<LeftOut>,
+    /// Speed of the rotor in the scenario, which does not apply to the rotors that are judged: see [`standing`]. None without one.
+    pub left_speed: Option<String>,
     /// Index of the recommended candidate, with its results on fresh starts; none if no candidate suits the motor.
     pub recommended: Option<(usize, Confirmed)>,
     /// Speeds at which the recommended method notices a rotor that turns, and at which its error exceeds the demand. None where no rotor that
@@ -147,6 +149,21 @@ pub enum SuitabilityError {
     Bound(#[from] BoundError),
 }
 
+/// Returns the document without the motion of the rotor that its file sets, and the speed in words. None if the file sets no speed, or if overrides ask
+/// for a rotor that may turn: a check judges a rotor that stands, locked and free.
+pub fn standing(document: &Document) -> Option<(Document, String)> {
+    let speed = document.get("rotor.speed").filter(|_| document.origin("rotor.speed").is_none())?;
+    let speed = speed.as_str().map_or_else(|| speed.to_string(), str::to_owned);
+    let state = document.get("rotor.state").filter(|_| document.origin("rotor.state").is_some());
+    if state.is_some_and(|state| ["free", "driven"].map(Some).contains(&state.as_str())) {
+        return None;
+    }
+    let mut document = document.clone();
+    document.remove("rotor.speed");
+    document.remove("rotor.acceleration");
+    Some((document, speed))
+}
+
 impl Suitability {
     /// Searches settings of each candidate under the conditions of a scenario file, ignoring its method and the state
     /// of its rotor. Settings of the detector in the scenario stay unchanged; a method that does not have all of these
@@ -174,11 +191,14 @@ impl Suitability {
         most: u64,
         hear: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Self, SuitabilityError> {
+        let standing = standing(document);
+        let left_speed = standing.as_ref().map(|(_, speed)| speed.clone());
+        let document = standing.as_ref().map_or(document, |(document, _)| document);
         let motor = document.motor()?;
         let work = Allowance::new(most);
         let (methods, left_out) = candidate::methods(document, &motor, demands, &work)?;
         let found = Self::by(&methods, document, &motor, demands, &work, hear)?;
-        Ok(Self { left_out, work: work.done(), ..found })
+        Ok(Self { left_out, left_speed, work: work.done(), ..found })
     }
 
     /// Carries out the check with these methods.
@@ -307,6 +327,7 @@ impl Suitability {
                 && !(untried.is_empty() && candidates.iter().all(|of| of.wanting.is_none())),
             candidates,
             left_out: Vec::new(),
+            left_speed: None,
             recommended,
             turning,
             condition: None,

@@ -1,6 +1,6 @@
 //! Warnings on values that can be simulated but are probably mistakes, one line each, printed before the first trial.
 
-use standstill_detect::Method;
+use standstill_detect::{Method, Signature};
 use standstill_plant::Motor;
 use standstill_quantity::listed;
 use standstill_scenario::{Key, Scenario, Usual, Values, keys};
@@ -16,6 +16,29 @@ pub fn warn(scenario: &Scenario<Method<f64>>) {
             tell(&format!("warning: {doubt}"));
         }
     }
+}
+
+/// Returns the warning on a signature that contradicts the motor, so that each start names the wrong pole.
+pub fn wrong_signature(scenario: &Scenario<Method<f64>>) -> Option<String> {
+    let mut described = None;
+    scenario.detector.describe(&mut |name, value| {
+        if name == "signature" || name.ends_with(".signature") {
+            described = Some(value.to_string());
+        }
+    });
+    let set = Signature::ALL.into_iter().find(|of| Some(of.in_words()) == described.as_deref())?;
+    let drive = scenario.nameplate();
+    let known = [drive.signature, drive.pulse_signature];
+    let contradicts = set != Signature::None && !known.contains(&set) && known != [Signature::None; 2];
+    contradicts.then(|| {
+        let is = known.into_iter().find(|of| *of != Signature::None).unwrap_or(Signature::None);
+        format!(
+            "detector.signature is \"{}\" ({}), but by the motor's data {}: poles are named wrongly; without this key the signature is the motor's",
+            set.name(),
+            set.in_words(),
+            is.in_words()
+        )
+    })
 }
 
 /// Prints a warning if a rotor is driven and does not turn. A study of its speed begins so.
@@ -52,6 +75,7 @@ pub fn of(scenario: &Scenario<Method<f64>>) -> Vec<String> {
             ));
         }
     }
+    said.extend(wrong_signature(scenario));
     said.extend(short_pause(scenario));
     said.extend(short_settling(scenario));
     said
@@ -166,6 +190,23 @@ mod tests {
                 let found = doubts(&format!("motor = \"{motor}\"\nerrors = \"{errors}\""));
                 assert_eq!(found, [""; 0], "{motor}, {errors}");
             }
+        }
+    }
+
+    #[test]
+    fn law_a_signature_that_contradicts_the_motor_is_doubtful() {
+        let of = |motor: &str, signature: &str| {
+            doubts(&format!(
+                "motor = \"{motor}\"\n[detector]\nmethod = \"bipolar\"\nsignature = \"{signature}\"\n"
+            ))
+        };
+        let said = of("paper-5k5", "inverted");
+        assert!(
+            said.len() == 1 && said[0].contains("north draws") && said[0].contains("south draws"),
+            "{said:?}"
+        );
+        for signature in ["normal", "none"] {
+            assert_eq!(of("paper-5k5", signature), [""; 0]);
         }
     }
 

@@ -117,6 +117,16 @@ impl SummaryFile {
 }
 
 impl SummaryFile {
+    /// Returns the number of starts that name the wrong pole, in words; none if there are none, or if poles are not judged.
+    pub fn wrong_poles(&self) -> Option<String> {
+        let wrong: u64 = self.each().map(|s| s.wrong_poles).sum();
+        let is_judged = wrong > 0 && !self.run.pole_is_open;
+        is_judged.then(|| {
+            let starts = if wrong == 1 { "start names" } else { "starts name" };
+            format!("{wrong} of {} {starts} the wrong pole.", self.trials())
+        })
+    }
+
     /// Returns the sentence on a stop condition that was not reached before the trials ran out; none if there is no
     /// such condition.
     pub fn unreached(&self) -> Option<String> {

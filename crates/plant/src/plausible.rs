@@ -182,7 +182,11 @@ impl Numbers {
         if let Some(link) = self.link {
             let phase = link / 3.0_f64.sqrt();
             check(self.resistance * self.current / phase, [3e-4, 1.0], (0.07, 1.2), |_, x| {
-                format!("the resistance takes {:.2} % of the DC link's voltage at rated current", 100.0 * x)
+                format!(
+                    "the resistance takes {:.*} % of the DC link's voltage at rated current",
+                    if x < 0.1 { 2 } else { 0 },
+                    100.0 * x
+                )
             });
             check(1.5 * l * self.current / link, [1e-6, 0.02], (2e-4, 1.6), |_, x| {
                 format!("the DC link raises rated current in {}", listed(&[x], "s"))

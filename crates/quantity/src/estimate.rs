@@ -90,8 +90,13 @@ impl Estimate {
         [self.value, self.low, self.high].map(|x| if x.is_nan() { String::new() } else { fixed(x, decimals) })
     }
 
-    /// Returns the value without interval, in the digits that the interval supports; a dash for NaN.
+    /// Returns the value without interval, in the digits that the interval supports; a dash for NaN. If the interval has no upper end, as that of
+    /// a percentile of few values, returns two digits.
     pub fn alone(self) -> String {
+        if self.value.is_finite() && self.high == f64::INFINITY {
+            let place = crate::magnitude(self.value).unwrap_or(0) - 1;
+            return fixed(self.value, usize::try_from(-place).unwrap_or(0));
+        }
         let [value, ..] = self.texts();
         if value.is_empty() { "–".to_owned() } else { value }
     }
@@ -136,6 +141,17 @@ pub fn at_most(share: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn regress_a_value_without_an_upper_end_has_two_digits() {
+        assert_eq!(of(1.270_113_42, 0.9, f64::INFINITY).alone(), "1.3");
+        assert_eq!(of(0.042_42, 0.01, f64::INFINITY).alone(), "0.042");
+        assert_eq!(of(127.3, 90.0, f64::INFINITY).alone(), "127");
+        assert_eq!(
+            of(f64::INFINITY, 0.0, f64::INFINITY).alone(),
+            of(f64::INFINITY, 0.0, f64::INFINITY).texts()[0]
+        );
+    }
 
     fn of(value: f64, low: f64, high: f64) -> Estimate {
         Estimate { value, low, high }

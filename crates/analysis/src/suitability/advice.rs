@@ -11,7 +11,7 @@ use super::bench::{Bench, Look, SEARCH, Setting};
 use super::changes::{self, Change, digits, keyed};
 use super::condition::QUICK;
 use super::margins::Demand;
-use super::search::Found;
+use super::search::{Found, SEARCHED};
 use super::{Demands, Progress, Suitability, SuitabilityError, relaxed};
 
 /// A change that was tried for a motor that no settings suit.
@@ -21,6 +21,8 @@ pub struct Advice {
     pub change: String,
     /// Keys of the scenario that the change sets, with their values.
     pub keys: Vec<(&'static str, String)>,
+    /// Keys of the detector that the change removes, so that the search chooses their values.
+    pub frees: Vec<&'static str>,
     /// All demands after the change; none if the change leaves the demands as they are.
     pub demands: Option<Demands>,
     /// Settings with which the motor is suited after the change; none if the change does not help.
@@ -74,6 +76,10 @@ pub(super) fn tried(
     if found.poles_are_alike() {
         return Ok(Vec::new());
     }
+    // Settings that the user gave come before changes of the drive.
+    if let Some(advice) = freed(bench, methods, untried, hear)? {
+        return Ok(vec![advice]);
+    }
     let mut advice = changed(bench, methods, untried, hear)?;
     let (relaxed, cut) = bench.work.within(1.0, || relaxed::tried(bench, methods, hear));
     let relaxed = relaxed?;
@@ -89,6 +95,36 @@ fn short(methods: &[(MethodName, &Found)]) -> Vec<MethodName> {
     let has = |method: &MethodName| methods.iter().any(|(other, _)| other == method);
     let short: Vec<MethodName> = QUICK.into_iter().filter(has).collect();
     if short.is_empty() { methods.iter().map(|(method, _)| *method).collect() } else { short }
+}
+
+/// Searches values of the keys of the detector that the user set. Returns the settings that meet the demands; none if no keys are set or no values
+/// suffice.
+fn freed(
+    bench: &Bench<'_>,
+    methods: &[(MethodName, &Found)],
+    untried: &mut Vec<String>,
+    hear: &mut dyn FnMut(Progress<'_>),
+) -> Result<Option<Advice>, SuitabilityError> {
+    let frees: Vec<&'static str> = SEARCHED.into_iter().filter(|key| bench.is_set(key)).collect();
+    if frees.is_empty() {
+        return Ok(None);
+    }
+    let names: Vec<String> = frees.iter().map(|key| format!("`detector.{key}`")).collect();
+    let change = format!("{} left to the search", names.join(" and "));
+    hear(Progress::Change(&change));
+    let mut document = bench.document.clone();
+    for key in &frees {
+        document.remove(&format!("detector.{key}"));
+    }
+    let mut free = Bench::new(&document, bench.motor, bench.demands, bench.work);
+    free.has_pole = bench.has_pole;
+    let (found, cut) = bench.work.within(0.5, || searched(&free, &short(methods)));
+    let (helps, is_open) = found?;
+    if helps.is_none() && (cut || is_open) {
+        untried.push(change.clone());
+    }
+    let advice = |helps| Advice { change, keys: Vec::new(), frees, demands: None, helps: Some(helps) };
+    Ok(helps.map(advice))
 }
 
 /// Tries changes of drive, sensors, rotor and current, each with an equal share of the work that is left.
@@ -126,7 +162,10 @@ fn changed(
         };
         let demands = change.current.map(|current| Demands { current_a: Some(current), ..*bench.demands });
         let is_open = helps.is_none() && is_open;
-        advice.push((is_open, Advice { change: change.words, keys: change.keys, demands, helps }));
+        advice.push((
+            is_open,
+            Advice { change: change.words, keys: change.keys, frees: Vec::new(), demands, helps },
+        ));
     }
     // The simplest first.
     advice.rotate_left(1);
@@ -211,7 +250,13 @@ fn salient(
         let changed = Bench::new(&document, &motor, bench.demands, bench.work);
         if let (Some(setting), _) = searched(&changed, methods)? {
             let Change { words, keys, .. } = change;
-            return Ok(Some(Advice { change: words, keys, demands: None, helps: Some(setting) }));
+            return Ok(Some(Advice {
+                change: words,
+                keys,
+                frees: Vec::new(),
+                demands: None,
+                helps: Some(setting),
+            }));
         }
     }
     Ok(None)

@@ -8,7 +8,7 @@ use standstill_scenario::{Document, Rotor};
 use super::bench::{Bench, Look, SEARCH, SPENT, Setting};
 use super::confirm::{Refused, Wanting};
 use super::margins::{Demand, Margins};
-use super::search::{Found, is_slow};
+use super::search::{Found, SEARCHED, is_slow};
 use super::starts::{Spread, Starts};
 use super::work::Allowance;
 use super::{Confirmed, Demands, Progress, SuitabilityError};
@@ -46,6 +46,8 @@ pub struct Candidate {
     /// The binding demand: for a method that suits the motor, the demand with the smallest margin; for another method, the demand
     /// that forbids stronger pulses. None if the DC-link voltage limits the current instead.
     pub binding: Option<Demand>,
+    /// Key of the detector by which the user set the current, so that no larger current was tried; none if it was searched.
+    pub given: Option<&'static str>,
     /// Number of settings that were tried.
     pub looks: usize,
 }
@@ -252,6 +254,7 @@ impl Bench<'_> {
             wanting: None,
             margins,
             binding,
+            given: SEARCHED[..3].iter().copied().find(|key| self.is_set(key)),
             looks,
         })
     }

@@ -40,7 +40,13 @@ pub(super) fn tried(
             changed.has_pole = bench.has_pole;
             if changed.confirm(&look.setting, 0)?.is_ok() {
                 let helps = Some(look.setting.clone());
-                return Ok(Some(Advice { change: words, keys: Vec::new(), demands: Some(demands), helps }));
+                return Ok(Some(Advice {
+                    change: words,
+                    keys: Vec::new(),
+                    frees: Vec::new(),
+                    demands: Some(demands),
+                    helps,
+                }));
             }
         }
     }

@@ -35,6 +35,9 @@ const NEAR: [f64; 4] = [0.92, 0.96, 1.04, 1.08];
 const NEAR_ROUNDS: [u8; 5] = [3, 4, 6, 9, 16];
 /// Multiples of the voltage or pulses that find the axis, which are tried where starts end without an axis.
 const LOUDER: [f64; 4] = [1.5, 2.0, 3.0, 4.5];
+/// Keys of the detector whose values are searched unless the user sets them. The first three set the current.
+pub(super) const SEARCHED: [&str; 6] =
+    ["pulse", "threshold", "vector_current", "rounds", "voltage", "polarity"];
 /// Shortest and longest pulse in s that a scenario allows.
 const PULSE_RANGE: [f64; 2] = [1e-6, 10e-3];
 
@@ -296,8 +299,10 @@ impl Bench<'_> {
         let of_key = standstill_detect::keys::ALL.into_iter().find(|of| of.name == key);
         let usual = of_key.and_then(|key| scenario.detector.get(key)).filter(|_| !self.is_set(key));
         let text = if slow { volts } else { microseconds };
-        let scaled = |usual: f64| factors.map(|factor| setting.with(key, &text(usual * factor))).to_vec();
-        Ok(usual.map_or_else(Vec::new, |usual| scaled(usual.number())))
+        let is_allowed = |value: &f64| slow || (PULSE_RANGE[0]..=PULSE_RANGE[1]).contains(value);
+        let values = |usual: f64| factors.into_iter().map(move |factor| usual * factor).filter(is_allowed);
+        let usual = usual.map(|usual| usual.number());
+        Ok(usual.into_iter().flat_map(values).map(|value| setting.with(key, &text(value))).collect())
     }
 
     /// Finds the value of a key at which the largest current just meets its limit. Returns the value and the demand

@@ -157,7 +157,7 @@ impl Starts {
     /// Returns the first percentile of the pole evidence, relative to the evidence that a decision needs. From few
     /// starts it is estimated by mean and standard deviation. If the evidence depends on the angle, it is estimated
     /// from the lower tail: the first percentile of a normal distribution is `q5 − 0.70 (q25 − q5)`, with its 5th and
-    /// 25th percentile.
+    /// 25th percentile, but it lies no further below the lowest start than that lies below the 5th percentile.
     pub fn least_evidence(&self) -> f64 {
         let n = self.evidence.len() as f64;
         if n < 2.0 {
@@ -169,8 +169,9 @@ impl Starts {
                 if undetermined == 0.0 { COMFORTABLE } else { 1.0 - undetermined }
             }
             Spread::OverAngles => {
-                let [q5, q25] = [0.05, 0.25].map(|share| self.quantile(share));
-                q5 - 0.70 * (q25 - q5)
+                let [lowest, q5, q25] = [0.0, 0.05, 0.25].map(|share| self.quantile(share));
+                // Where the angle bounds the evidence from below, the normal distribution's tail is too long.
+                (q5 - 0.70 * (q25 - q5)).max(lowest - (q5 - lowest))
             }
             Spread::Normal => {
                 let (mean, deviation) = self.moments();

@@ -247,7 +247,7 @@ pub struct Explain {
     /// Folder of the run, with summary.json and the trials
     pub folder: PathBuf,
     /// This trial, by its number in the trials' file
-    #[arg(long, value_name = "N", value_parser = trial(), conflicts_with_all = ["worst", "wrong_poles"])]
+    #[arg(long, value_name = "N", value_parser = trial(), conflicts_with_all = ["worst", "wrong_poles", "unanswered"])]
     pub trial: Option<u64>,
     /// The K trials with the largest axis errors, those without an axis before, by their numbers [default: 1]
     #[arg(long, value_name = "K", value_parser = whole::<u16>(1..=100))]
@@ -255,6 +255,9 @@ pub struct Explain {
     /// Trials that named the wrong pole, those with the largest axis errors first; up to 10, or up to --worst K
     #[arg(long)]
     pub wrong_poles: bool,
+    /// Trials without an answer, by their numbers; up to 10, or up to --worst K
+    #[arg(long, conflicts_with = "wrong_poles")]
+    pub unanswered: bool,
     /// Only of this point of the axes, from 0 as in summary.json [default: of all; of --trial the first]
     #[arg(long, value_name = "P", value_parser = whole::<usize>(0..=u64::MAX))]
     pub point: Option<usize>,

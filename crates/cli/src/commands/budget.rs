@@ -13,6 +13,11 @@ use crate::figures::{self, Bar};
 use crate::shell::Report;
 use crate::shell::command_line::quoted;
 
+/// Number of samples below which shares are doubtful.
+const FEW: u64 = 50;
+/// Number of samples with which they are not.
+const ENOUGH: u64 = 1000;
+
 /// A contribution to the error: a source, the method's own error, or the interaction.
 struct Part {
     source: String,
@@ -85,8 +90,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         Ok(budget) => budget,
         Err(TooFew { pairs, whole, needed }) => {
             asked.forget()?;
+            let enough = match whole {
+                0 => format!("`standstill run {}` says why", again(question)),
+                whole => format!("--pairs {} have some", pairs * needed * 2 / whole),
+            };
             return Err(Error::Arguments(format!(
-                "of {pairs} pairs of starts {whole} have an axis in all that was tried: too few to share an error out, needed {needed}"
+                "of {pairs} pairs of starts {whole} have an axis in all that was tried: too few to share an error out, needed {needed}; {enough}"
             )));
         }
     };
@@ -114,15 +123,36 @@ fn answer(setting: String, asked: &str, budget: &Budget) -> Answer {
     };
     let bars: Vec<Bar> = shares.iter().map(bar).collect();
     let [value, low, high] = budget.rms_deg.texts();
-    let headline = format!("rms error of the axis {value}° [{low}, {high}]");
+    let kept = budget.pairs - budget.dropped;
+    let is_doubtful = 2 * budget.dropped > budget.pairs || kept < FEW;
+    let doubt = if is_doubtful {
+        format!("doubtful, of {kept} of {} samples: ", budget.pairs)
+    } else {
+        String::new()
+    };
+    let headline = format!("{doubt}rms error of the axis {value}° [{low}, {high}]");
     let blocks = vec![Block::Table(table(&shares)), Block::Text(legend(budget).join("\n\n"))];
-    let verdict = verdict(Tone::Neutral, headline, notes(budget));
+    let tone = if is_doubtful { Tone::Warning } else { Tone::Neutral };
+    let verdict = verdict(tone, headline, notes(budget));
     let of_shares = figures::shares(&bars, setting.clone());
     let over_angle = figures::over_angle(budget, &setting);
     let answer = Answer::new("budget", "Where the error comes from".to_owned(), setting, verdict, blocks)
         .with("budget", of_shares, "Shares sum to one. Totals count an interaction with each source that has a part in it.")
         .with("over_angle", over_angle, "Mean squares, which add up: of the sources by themselves, the largest four, with 95 % intervals. Where a source has next to no part, an estimate may lie below zero.");
     let answer = Answer { json, csv: Some(records), ..answer };
+    if is_doubtful {
+        let answer = if 2 * budget.dropped > budget.pairs {
+            answer.next(
+                "most samples were left out: why starts have no axis",
+                format!("standstill run {asked}"),
+            )
+        } else {
+            answer
+        };
+        let pairs = (ENOUGH * budget.pairs).div_ceil(kept.max(1));
+        return answer
+            .next("enough samples that have an axis", format!("standstill budget {asked} --pairs {pairs}"));
+    }
     let Some(first) = shares.first() else { return answer };
     let percent = (100.0 * first.share.value).round();
     if standstill_scenario::keys().any(|key| key.path == first.source) {

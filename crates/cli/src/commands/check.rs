@@ -4,7 +4,7 @@ mod answer;
 mod file;
 mod words;
 
-use standstill_analysis::{Demands, Progress, Suitability, Suited};
+use standstill_analysis::{Demands, Progress, Suitability, Suited, standing};
 use standstill_detect::Method;
 use standstill_interface::Choice;
 use standstill_plant::Motor;
@@ -31,7 +31,10 @@ fn document(options: &Check) -> Result<Document, Error> {
 pub fn run(options: &Check) -> Result<Report, Error> {
     interrupt::at_once();
     file::free(options)?;
-    let document = document(options)?;
+    let mut document = document(options)?;
+    if let Some((standing, _)) = standing(&document).filter(|_| document.origin("rotor.state").is_some()) {
+        document = standing;
+    }
     let file = document.load_single()?;
     if let Some(library) = &file.detector.library {
         let needed =
@@ -47,7 +50,9 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     }
     // A method that was asked for must find its readings on the drive; of the others those that do are tried.
     let asked_for = document.origin("detector.method").is_some();
-    doubts::warn(&if asked_for { document.scenario_of(&motor)? } else { of_any_method(&document, &motor)? });
+    let scenario = if asked_for { document.scenario_of(&motor)? } else { of_any_method(&document, &motor)? };
+    doubts::warn(&scenario);
+    let signature = doubts::wrong_signature(&scenario);
     let demands = Demands {
         error_deg: options.tolerance,
         movement_deg: options.movement,
@@ -76,6 +81,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         demands: &demands,
         effort: options.effort,
         found: &found,
+        signature: signature.as_deref(),
         keys: keys(options),
     };
     let is_shown = !options.json && host::current().is_none();

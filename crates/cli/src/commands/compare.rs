@@ -240,11 +240,17 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     }
     let open = is_open(&motor);
     let judged = if open { ", poles not judged" } else { "" };
-    let figure = figures::comparison(&entries, format!("{}, seed {seed}{judged}", motor.name), open);
+    // Without an axis there is no error to draw.
+    let has_axis = entries.iter().any(|entry| entry.summary.rms_deg.value.is_finite());
+    let figure =
+        has_axis.then(|| figures::comparison(&entries, format!("{}, seed {seed}{judged}", motor.name), open));
     let title = format!("Methods on {}, seed {seed}", motor.name);
     let verdict = verdict(Tone::Neutral, title.clone(), Vec::new());
-    let answer =
-        Answer::new("comparison", title, String::new(), verdict, blocks).with("comparison", figure, "");
+    let answer = Answer::new("comparison", title, String::new(), verdict, blocks);
+    let answer = match figure {
+        Some(figure) => answer.with("comparison", figure, ""),
+        None => answer,
+    };
     let answer = Answer { json: json!(records), csv: Some(records), code, ..answer };
     let answer = if interrupted { answer } else { next(options, &entries, open, answer) };
     answer.report(Some(options.out.clone()), false, &Made { asked, ..Made::default() })

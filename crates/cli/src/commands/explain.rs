@@ -168,11 +168,11 @@ fn json_of(one: &Repeated) -> serde_json::Value {
 fn without_axis(lost: u64, listed: usize) -> Option<String> {
     (lost > 0).then(|| {
         let first = if lost > listed as u64 {
-            ", and come first, by their numbers: others follow with --worst K, or --trial N"
+            ". They are listed by their numbers; --worst K shows more of them, --trial N any other"
         } else {
             ""
         };
-        format!("{lost} trials found no axis: none of them is worse than another{first}")
+        format!("{lost} trials found no axis, so no error orders them{first}")
     })
 }
 
@@ -188,7 +188,7 @@ fn answer(run: &FinishedRun, plan: &Plan, all: &[Repeated], lost: u64) -> Answer
         let name = format!("trial_{}_{}", one.chosen.point, one.chosen.trial);
         (name, one.figure.clone(), "Marks are what the drive read.".to_owned())
     });
-    Answer {
+    let answer = Answer {
         name: "explain",
         title: "Why these trials".to_owned(),
         setting: setup::setting(&run.file),
@@ -199,5 +199,12 @@ fn answer(run: &FinishedRun, plan: &Plan, all: &[Repeated], lost: u64) -> Answer
             all.iter().flat_map(|one| one.explained.causes.iter().map(|cause| record(one, cause))).collect(),
         ),
         ..Answer::default()
+    };
+    // scenario.toml is on the page, too.
+    match all.first().map(|one| words::next(plan, one)) {
+        Some((purpose, command)) => {
+            answer.next(format!("{purpose} (scenario.toml: the run's own file)"), command)
+        }
+        None => answer,
     }
 }

@@ -81,7 +81,12 @@ fn regress_a_budget_of_starts_without_an_axis_says_so() {
     let none =
         super::mistake(&["budget", "s.toml", "--pairs", "100", "-s", "detector.least_saliency=0.9"], path);
     assert!(none.contains("of 100 pairs of starts 0 have an axis"), "{none}");
+    assert!(none.contains("`standstill run s.toml -s detector.least_saliency=0.9` says why"), "{none}");
     let some = ["-s", "sensors.noise=1 mA", "-s", "errors=none", "-s", "detector.least_saliency=0.23"];
     let output = standstill(&[&["budget", "s.toml", "--pairs", "360"][..], &some].concat(), path);
     assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"), "{output:?}");
+    // Most samples are left out: the shares of the rest are doubtful.
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("doubtful, of ") && said.contains("standstill budget s.toml"), "{said}");
+    assert!(said.contains("--pairs ") && !said.contains("standstill compare"), "{said}");
 }

@@ -186,8 +186,27 @@ fn regress_a_driven_rotor_is_no_reason_to_refuse() {
     )
     .expect("written");
     let few = ["-s", "detector.pulse=200us", "-s", "detector.rounds=3"];
-    let answer = answer(&[&["check", "driven.toml"][..], &BIPOLAR, &few].concat(), at);
-    assert_eq!(answer["verdict"], "suited", "{answer}");
+    let asked = [&["check", "driven.toml"][..], &BIPOLAR, &few].concat();
+    assert_eq!(answer(&asked, at)["verdict"], "suited");
+    let text = said(&standstill(&asked, at));
+    assert!(text.contains("Speed: the scenario's rotor.speed, 1 rpm, is left out"), "{text}");
+    // A brake is judged without that speed, too, and the scenario's own motion if it is asked for.
+    let held = [&asked[..], &["-s", "rotor.state=locked", "--effort", "quick"]].concat();
+    assert_eq!(answer(&held, at)["verdict"], "suited");
+    let own = [&asked[..], &["-s", "rotor.state=driven", "--effort", "quick"]].concat();
+    assert!(!said(&standstill(&own, at)).contains("is left out"));
+}
+
+#[test]
+fn regress_a_signature_that_contradicts_the_motor_is_named() {
+    let folder = folder();
+    let few = ["-s", "detector.pulse=200us", "-s", "detector.rounds=3", "--effort", "quick"];
+    let wrong = ["-s", "detector.signature=inverted"];
+    let output = standstill(&[&["check", "paper-5k5"][..], &BIPOLAR, &few, &wrong].concat(), folder.path());
+    let text = said(&output);
+    assert!(text.contains("Signature: detector.signature is \"inverted\""), "{text}");
+    let warned = String::from_utf8_lossy(&output.stderr);
+    assert!(warned.contains("without this key the signature is the motor's"), "{warned}");
 }
 
 /// A check that only `bipolar` has.
@@ -250,10 +269,16 @@ fn regress_a_run_whose_starts_have_no_answer_says_what_to_do_next() {
     let broken = [&asked[..], &["-s", "faults.0.mode=phase-open", "--out", "broken"]].concat();
     let text = said(&standstill(&broken, at));
     assert!(
-        text.contains("60 of 60 starts have no answer (too little current). Why: standstill explain broken"),
+        text.contains(
+            "60 of 60 starts have no answer (too little current). Why: standstill explain broken --unanswered"
+        ),
         "{text}"
     );
-    assert!(standstill(&["explain", "broken"], at).status.success());
+    let explained = said(&standstill(&["explain", "broken", "--unanswered", "--worst", "1"], at));
+    assert!(
+        explained.contains("failed: too little current") && explained.contains("scenario.toml"),
+        "{explained}"
+    );
     // One that answers has nothing to look for.
     let text =
         said(&standstill(&["run", "paper-5k5", "--trials", "60", "-s", "detector.method=bipolar"], at));

@@ -40,6 +40,7 @@ fn law_a_trial_is_explained_as_it_was_and_by_what_it_drew() {
     assert_eq!(made.iter().filter(|name| name.starts_with("trial_0_")).count(), 2);
     // What cannot be is said.
     assert!(mistake(&["explain", "r", "--wrong-poles"], path).contains("no wrong pole"));
+    assert!(mistake(&["explain", "r", "--unanswered"], path).contains("no trial without an answer"));
     assert!(mistake(&["explain", "r", "--trial", "300"], path).contains("from 0 to 299"));
     let early = ["run", "s.toml", "--trials", "400", "--stop-at", "rms=20%", "--out", "early"];
     assert!(standstill(&early, path).status.success());
@@ -101,4 +102,56 @@ fn regress_trials_without_an_axis_are_told_by_their_numbers_and_points_as_they_a
     let text = String::from_utf8_lossy(&text.stdout).into_owned();
     assert!(text.contains("at point 1 (of 0 to 1): detector.pulse = 5 us"), "{text}");
     assert!(text.contains(&format!("{lost} trials found no axis")), "{text}");
+}
+
+/// Of wrong poles `run`, `report` and `explain` say what to look at next, and a start that draws no error that turns it says so.
+#[test]
+fn regress_a_wrong_pole_is_followed_to_its_reason() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    let wrong = ["-s", "detector.method=bipolar", "-s", "detector.signature=inverted"];
+    let run = [&["run", "s.toml", "--trials", "20", "--out", "r"][..], &wrong].concat();
+    let text = |arguments: &[&str]| {
+        let said = String::from_utf8(standstill(arguments, path).stdout).expect("text");
+        said.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let said = text(&run);
+    assert!(
+        said.contains("20 of 20 starts name the wrong pole. Why: standstill explain r --wrong-poles"),
+        "{said}"
+    );
+    let said = text(&["report", "r"]);
+    assert!(
+        said.contains("More starts do not mend what is not met. Why: `standstill explain r --wrong-poles`"),
+        "{said}"
+    );
+    assert!(!said.contains("starts show all of it"), "{said}");
+    let said = text(&["explain", "r", "--wrong-poles", "--worst", "1"]);
+    let next = "no error of drive and sensors makes it; settings with which starts end otherwise";
+    assert!(said.contains(next) && said.contains("standstill check scenario.toml"), "{said}");
+}
+
+/// What turned the rotor is no error that a trial draws; it is said with its speed.
+#[test]
+fn regress_a_rotor_that_turns_is_named_where_a_trial_is_explained() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    let turning = [
+        "-s",
+        "detector.method=bipolar",
+        "-s",
+        "detector.checks=false",
+        "-s",
+        "rotor.state=driven",
+        "-s",
+        "rotor.speed=40 rpm",
+    ];
+    let run = [&["run", "s.toml", "--trials", "20", "--out", "r"][..], &turning].concat();
+    assert!(standstill(&run, path).status.success());
+    let output = standstill(&["explain", "r"], path);
+    let said = String::from_utf8_lossy(&output.stdout).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains("electrical meanwhile: it turned at 40 rpm from the start"), "{said}");
+    assert!(said.contains("standstill require scenario.toml --key rotor.speed"), "{said}");
 }

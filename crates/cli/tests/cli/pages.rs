@@ -145,18 +145,32 @@ fn pages() -> Vec<PathBuf> {
 
 #[test]
 fn law_what_pages_link_to_exists() {
-    let mut links = 0;
+    let (mut links, mut anchors) = (0, 0);
     for page in pages() {
         let text = fs::read_to_string(Path::new(ROOT).join(&page)).expect("readable");
         for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
-            if link.starts_with("http") || link.starts_with('#') || link.contains(' ') {
+            if link.starts_with("http") || link.contains(' ') {
                 continue;
             }
-            let file = link.split('#').next().unwrap_or_default();
+            let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
             let folder = Path::new(ROOT).join(page.parent().expect("a file has a folder"));
-            assert!(folder.join(file).exists(), "{} links to {link}", page.display());
+            let target = if file.is_empty() { Path::new(ROOT).join(&page) } else { folder.join(file) };
+            assert!(target.exists(), "{} links to {link}", page.display());
+            if !anchor.is_empty() {
+                let text = fs::read_to_string(&target).expect("readable");
+                let is_there = text.lines().any(|line| line.starts_with('#') && slug(line) == anchor);
+                assert!(is_there, "{} links to {link}, which has no such heading", page.display());
+                anchors += 1;
+            }
             links += 1;
         }
     }
-    assert!(links > 40, "{links}");
+    assert!(links > 40 && anchors > 20, "{links} {anchors}");
+}
+
+/// Returns the anchor of a heading, as the site and code hosts make it.
+fn slug(heading: &str) -> String {
+    let text = heading.trim_start_matches('#').trim().to_lowercase();
+    let kept = text.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+    kept.map(|c| if c == ' ' { '-' } else { c }).collect()
 }

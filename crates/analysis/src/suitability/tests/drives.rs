@@ -85,6 +85,12 @@ fn law_the_least_evidence_of_a_normal_distribution_is_its_first_percentile() {
     starts.summary.wrong_poles = 1;
     let counted = standstill_campaign::binomial_interval(1, 40_000).high;
     assert_eq!(starts.wrong_poles_at_most(), counted);
+    // Where the angle bounds it from below, no start has less: the arcs of the six directions.
+    starts.spread = starts::Spread::OverAngles;
+    starts.evidence =
+        (0..200).map(|k| 2.3 + 4.0 * standstill_numeric::sin(f64::from(k) * 0.5 / 200.0)).collect();
+    let least = starts.least_evidence();
+    assert!(2.15 < least && least < 2.35, "{least}");
 }
 
 /// The middle of a sector is up to 30° from the rotor, six times what an angle may be: a sector is judged by what is beyond it.
@@ -184,4 +190,17 @@ fn regress_an_injection_too_weak_for_an_axis_is_no_limit_of_the_vectors() {
     assert!(best.margins.current < 1.25, "{best:?}");
     assert!(best.setting.keys.iter().any(|(key, _)| *key == "voltage"), "{best:?}");
     assert!(found.stop.is_some(), "the link of 48 V drives more");
+}
+
+/// Where the pulse that the user gave is too short for the poles, the pulse is what is wrong, and no sensor.
+#[test]
+fn regress_a_given_pulse_is_left_to_the_search_before_anything_is_bought() {
+    let document = sheet("saturation = \"5 %\"", &[BIPOLAR, ("detector.pulse", "20 us")]);
+    let found = found(&document);
+    assert_eq!(found.suited(), Suited::No, "{found:?}");
+    assert_eq!(found.candidates[0].given, Some("pulse"));
+    let [advice] = &found.advice[..] else { panic!("{:?}", found.advice) };
+    assert_eq!((&advice.frees[..], &advice.keys[..]), (&["pulse"][..], &[][..]));
+    let pulse = advice.helps.as_ref().and_then(|of| of.keys.iter().find(|(key, _)| *key == "pulse"));
+    assert!(pulse.is_some(), "{advice:?}");
 }

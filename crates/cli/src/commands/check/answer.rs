@@ -91,6 +91,10 @@ fn unsuited(asked: &Checked<'_>) -> Vec<String> {
 
 /// Returns the command line of this `check` with one of the changes that were tried.
 fn changed(asked: &Checked<'_>, advice: &Advice) -> String {
+    // What the file sets, no option takes back.
+    let is_freed = |key: &str| advice.frees.iter().any(|freed| key.strip_prefix("detector.") == Some(freed));
+    let keys = asked.keys.iter().filter(|(key, _)| !is_freed(key)).cloned().collect();
+    let asked = &Checked { keys, ..*asked };
     again(asked, &advice.keys, advice.demands.as_ref().unwrap_or(asked.demands), asked.effort)
 }
 
@@ -238,7 +242,7 @@ pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> 
         .iter()
         .map(|advice| {
             let keys = advice.helps.as_ref().map(object);
-            json!({ "change": advice.change, "command": changed(asked, advice).trim(), "keys": keys })
+            json!({ "change": advice.change, "command": changed(asked, advice).trim(), "keys": keys, "frees": advice.frees })
         })
         .collect();
     let alternatives: Vec<Value> = found

@@ -26,6 +26,8 @@ pub struct Checked<'a> {
     pub demands: &'a Demands,
     pub effort: Effort,
     pub found: &'a Suitability,
+    /// Doubt about the signature that the scenario sets.
+    pub signature: Option<&'a str>,
     /// Keys set on the command line in addition to the motor or file.
     pub keys: Vec<(String, String)>,
 }
@@ -81,7 +83,9 @@ impl Checked<'_> {
                 }
             );
         }
-        let note = note + &turning::note(self);
+        let given = found.candidates.iter().find_map(|of| of.given).filter(|_| found.suited() == Suited::No);
+        let given = given.map_or_else(String::new, |key| format!("; `detector.{key}` was as given"));
+        let note = note + &given + &turning::note(self);
         let note = match self.motor.doubtful() {
             Some(doubt) => format!("{note}; if its numbers are meant: {}", doubt.what),
             None => note,
@@ -99,6 +103,12 @@ impl Checked<'_> {
         let doubt = self.motor.doubtful().map(|doubt| format!("Doubtful numbers: {}", doubt.said()));
         let mut reasons: Vec<String> = doubt.into_iter().collect();
         reasons.extend([saliency(self.found, self.demands, self.errors), poles(self.found)]);
+        reasons.extend(self.signature.map(|doubt| format!("Signature: {doubt}.")));
+        reasons.extend(self.found.left_speed.as_ref().map(|speed| {
+            format!(
+                "Speed: the scenario's rotor.speed, {speed}, is left out, as a rotor is judged that stands; `-s rotor.state=driven` judges its motion."
+            )
+        }));
         reasons.extend(condition(self));
         reasons.extend(single(self));
         reasons.extend(published(self));
@@ -264,9 +274,13 @@ fn keys(setting: &Setting) -> String {
 pub fn verdict(candidate: &Candidate) -> String {
     let keys = keys(&candidate.setting);
     let at = if keys.is_empty() { String::new() } else { format!("{keys}: ") };
+    let given = candidate.given.filter(|_| !candidate.objections.is_empty());
     let binds = match candidate.binding {
         // Nothing was run with these settings.
         _ if !candidate.is_judged() => String::new(),
+        Some(Demand::Current) if given.is_some() => {
+            format!("; the given {} binds", given.unwrap_or_default().replace('_', " "))
+        }
         Some(demand) => format!("; {} binds", short(demand)),
         None => "; the link drives no more current".to_owned(),
     };

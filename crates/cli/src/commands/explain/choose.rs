@@ -1,11 +1,13 @@
 //! Selection of the trials to be explained.
 
+use standstill_scenario::Verdict;
+
 use crate::arguments::Explain as Options;
 use crate::error::Error;
 use crate::results::FinishedRun;
 
-/// Number of wrong poles that are explained by default.
-const WRONG_POLES: usize = 10;
+/// Number of trials with a wrong pole, or without an answer, that are explained by default.
+const OF_A_KIND: usize = 10;
 
 /// A selected trial of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +30,7 @@ pub struct Choice {
     pub name: String,
 }
 
-/// Selects the requested trials: one by its number, those with the largest errors, or those with a wrong pole.
+/// Selects the requested trials: one by its number, those with the largest errors, with a wrong pole, or without an answer.
 pub fn choose(run: &FinishedRun, options: &Options) -> Result<Choice, Error> {
     let identity = &run.summary.run;
     let points = usize::try_from(identity.points).unwrap_or(usize::MAX);
@@ -56,13 +58,23 @@ pub fn choose(run: &FinishedRun, options: &Options) -> Result<Choice, Error> {
         let chosen = vec![Chosen { point, trial, far: 0.0 }];
         return Ok(Choice { chosen, lost: 0, name: format!("trial-{trial}{}", of_point(options)) });
     }
-    let most = options.worst.map_or(if options.wrong_poles { WRONG_POLES } else { 1 }, usize::from);
+    let of_a_kind = options.wrong_poles || options.unanswered;
+    let most = options.worst.map_or(if of_a_kind { OF_A_KIND } else { 1 }, usize::from);
     let (mut all, mut lost): (Vec<Chosen>, u64) = (Vec::new(), 0);
     run.trials(|point, row| {
         let (axis, wrong) = (row.axis_error_deg, row.error_deg.is_some_and(|error| error.abs() > 90.0));
-        let far = if options.wrong_poles { axis.unwrap_or(0.0).abs() } else { axis.map_or(180.0, f64::abs) };
-        let asked = options.point.is_none_or(|asked| asked == point) && (wrong || !options.wrong_poles);
-        lost += u64::from(asked && !options.wrong_poles && axis.is_none());
+        let far = match axis {
+            // Of the starts without an answer none is worse than another.
+            _ if options.unanswered => 0.0,
+            axis => axis.map_or(180.0, f64::abs),
+        };
+        let is_kind = match (options.wrong_poles, options.unanswered) {
+            (true, _) => wrong,
+            (_, true) => row.verdict != Verdict::Found,
+            _ => true,
+        };
+        let asked = options.point.is_none_or(|asked| asked == point) && is_kind;
+        lost += u64::from(asked && !of_a_kind && axis.is_none());
         let worse = all.len() < most || all.last().is_some_and(|least| far > least.far);
         if asked && worse {
             let place = all.partition_point(|other| other.far >= far);
@@ -71,10 +83,18 @@ pub fn choose(run: &FinishedRun, options: &Options) -> Result<Choice, Error> {
         }
     })?;
     if all.is_empty() {
-        let found = if options.wrong_poles { "no wrong pole" } else { "no trial" };
+        let found = match (options.wrong_poles, options.unanswered) {
+            (true, _) => "no wrong pole",
+            (_, true) => "no trial without an answer",
+            _ => "no trial",
+        };
         return Err(Error::results(&run.trials, found, "--worst K for the largest errors, or --trial N"));
     }
-    let kind = if options.wrong_poles { "wrong-poles" } else { "worst" };
+    let kind = match (options.wrong_poles, options.unanswered) {
+        (true, _) => "wrong-poles",
+        (_, true) => "unanswered",
+        _ => "worst",
+    };
     Ok(Choice { chosen: all, lost, name: format!("{kind}-{most}{}", of_point(options)) })
 }
 

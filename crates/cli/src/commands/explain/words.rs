@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 
 use standstill_campaign::Estimate;
+use standstill_detect::Method;
 use standstill_interface::Angle;
-use standstill_quantity::magnitude;
+use standstill_quantity::{magnitude, short};
 use standstill_report::page::{Block, Column, Table, Tone};
-use standstill_scenario::{Plan, Record};
+use standstill_scenario::{Plan, Record, Scenario, Verdict};
 use standstill_sim::Ended;
 
 use super::Repeated;
@@ -57,10 +58,15 @@ fn evidence(record: &Record) -> Option<String> {
     let right = outcome.evidence_for(Angle::from_radians(record.run.end_angle));
     let mut text = String::new();
     if let (Some(right), Some(evidence)) = (right, findings.pole_evidence) {
+        let needed = if evidence.needed.is_finite() {
+            format!("needed {:.1} σ", evidence.needed)
+        } else {
+            "no evidence of these readings suffices".to_owned()
+        };
         let _ = write!(
             text,
-            "evidence for the right pole {right:+.1} σ, for the wrong one {:+.1} σ; needed {:.1} σ",
-            -right, evidence.needed
+            "evidence for the right pole {right:+.1} σ, for the wrong one {:+.1} σ; {needed}",
+            -right
         );
     }
     if let Some(polarity) = findings.polarity {
@@ -72,6 +78,63 @@ fn evidence(record: &Record) -> Option<String> {
         );
     }
     (!text.is_empty()).then_some(text)
+}
+
+/// Returns by how much a quantity missed the limit of the check that ended the detection; none if no check with a limit did.
+fn missed(record: &Record) -> Option<String> {
+    let margin = record.findings().fault_margin.filter(|margin| *margin < 0.0)?;
+    (record.verdict() == Verdict::Failed).then(|| {
+        format!(
+            "the check that ended it found {:.0} % of what its limit asks for",
+            100.0 * (1.0 + margin).max(0.0)
+        )
+    })
+}
+
+/// Smallest movement of the rotor during a detection, in electrical degrees, that is said.
+const MOVED_DEG: f64 = 0.1;
+
+/// Returns how far the rotor turned, which is no error that a trial draws; none if it moved by little.
+fn turned(record: &Record, scenario: &Scenario<Method<f64>>) -> Option<String> {
+    let moved = record.rotor_moved_deg();
+    (moved >= MOVED_DEG).then(|| {
+        let mut said = format!("the rotor moved by {moved:.2}° electrical meanwhile");
+        if scenario.start_speed != 0.0 {
+            let _ = write!(said, ": it turned at {} rpm from the start", short(scenario.start_speed));
+        }
+        said
+    })
+}
+
+/// Returns the command that goes on from a trial, with its purpose. `scenario.toml` stands for the file of the run.
+pub fn next(plan: &Plan, of: &Repeated) -> (String, String) {
+    let (explained, scenario) = (&of.explained, &of.single.scenario);
+    let (record, method_alone) = (&explained.record, &explained.without_all);
+    let far = |record: &Record| record.miss_deg().map_or(180.0, f64::abs);
+    let require = |key: &str| {
+        format!("standstill require scenario.toml --key {key} --limit \"p95 <= 5 deg, unanswered <= 1 %\"")
+    };
+    let main = explained.causes.first().filter(|cause| {
+        !cause.within_rounding
+            && far(&cause.without) < 0.5 * far(record)
+            && standstill_scenario::key(&cause.key).is_some()
+    });
+    if scenario.start_speed != 0.0
+        && record.rotor_moved_deg() >= MOVED_DEG
+        && far(method_alone) >= 0.5 * far(record)
+    {
+        return ("the speed that starts may have".to_owned(), require("rotor.speed"));
+    }
+    match main {
+        Some(cause) => (format!("how small {} must be", cause.key), require(&cause.key)),
+        None if far(method_alone) >= 0.5 * far(record) && plan.file().detector.library.is_none() => (
+            "no error of drive and sensors makes it; settings with which starts end otherwise".to_owned(),
+            "standstill check scenario.toml".to_owned(),
+        ),
+        None => {
+            ("the part of each error in all starts".to_owned(), "standstill budget scenario.toml".to_owned())
+        }
+    }
 }
 
 /// Returns the blocks of a trial: a verdict, the errors that it drew, and a table with the effect of each error.
@@ -90,6 +153,8 @@ pub fn blocks(plan: &Plan, of: &Repeated) -> Vec<Block> {
         details.push(format!("furthest from their means: {}", largest.join(", ")));
     }
     details.extend(evidence(record));
+    details.extend(missed(record));
+    details.extend(turned(record, &single.scenario));
     details.push(if explained.causes.is_empty() {
         "the run draws no errors: what is off here is the method's own at this angle".to_owned()
     } else {
@@ -119,9 +184,10 @@ pub fn blocks(plan: &Plan, of: &Repeated) -> Vec<Block> {
     let mut table = Table::new(columns).rows(rows);
     let further = table.rows.len().saturating_sub(LISTED);
     if further > 0 {
-        let sentence = format!(
-            "{further} further errors, with smaller effects: explain.csv, explain.html and --json have them."
-        );
+        let smaller =
+            if explained.causes[LISTED - 1].part_deg.is_some() { ", with smaller effects" } else { "" };
+        let sentence =
+            format!("{further} further errors{smaller}: explain.csv, explain.html and --json have them.");
         table = table.excerpt((0..LISTED).collect(), sentence);
     }
     let tone = if record.pole_correct() == Some(true) { Tone::Neutral } else { Tone::Bad };

@@ -105,6 +105,17 @@ pub fn whose() -> String {
 /// Number of starts in which zero wrong poles show that their share is at most the allowed one.
 const ENOUGH: u64 = 37_000;
 
+/// Returns the sentence with the command that shows why a demand is not met; `wrong`, `silent`: wrong poles, or starts without an answer, are why.
+pub fn why(run: &FinishedRun, wrong: bool, silent: bool) -> String {
+    let folder = quoted(&run.folder.display().to_string());
+    let of = match (wrong, silent) {
+        (true, _) => " --wrong-poles",
+        (_, true) => " --unanswered",
+        _ => "",
+    };
+    format!("More starts do not mend what is not met. Why: `standstill explain {folder}{of}`")
+}
+
 /// Returns the sentence with the command that adds starts.
 pub fn more(run: &FinishedRun) -> String {
     let folder = quoted(&run.folder.display().to_string());

@@ -3,7 +3,7 @@
 use standstill_campaign::Summary;
 use standstill_report::page::Tone;
 
-use super::demands::{DEMANDS, Standing, counted, demands, more, percent, whose};
+use super::demands::{DEMANDS, Standing, counted, demands, more, percent, whose, why};
 use crate::results::{FinishedRun, PointSummary, SummaryFile};
 use crate::shell::values::{Shown, describe, range};
 use crate::summary::{FAILING, Ranking, good, sectors_in_words};
@@ -146,7 +146,9 @@ fn of_run(run: &FinishedRun, s: &Summary) -> (Tone, String, Vec<String>) {
             .filter(|of| of.named > 0)
             .map(|of| format!("Sectors: {}", sectors_in_words(&of, s.limit_deg))),
     );
-    if any(Standing::Not) && s.found > 0 {
+    if any(Standing::NotMet) {
+        details.push(why(run, are_wrong, silent > DEMANDS.without_angle));
+    } else if any(Standing::Not) && s.found > 0 {
         details.push(more(run));
     }
     (tone, sentence(parts), details)

@@ -251,9 +251,13 @@ impl Results {
             }
             (Some(said), None) if has_rows => {
                 text += &paragraph("", &format!("{said} Why:"));
-                let _ = writeln!(text, "  standstill explain {folder}");
+                let _ = writeln!(text, "  standstill explain {folder} --unanswered");
             }
             _ => {}
+        }
+        if let Some(said) = file.wrong_poles().filter(|_| has_rows) {
+            text += &paragraph("", &format!("{said} Why:"));
+            let _ = writeln!(text, "  standstill explain {folder} --wrong-poles");
         }
         Report { text, code }
     }

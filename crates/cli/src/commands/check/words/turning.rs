@@ -52,6 +52,12 @@ pub fn said(asked: &Checked<'_>) -> Option<String> {
             format!("{check}95 of 100 errors are within {demanded}° up to {highest} rpm, the fastest tried")
         }
     };
+    let then = match speeds.unnoticed_rpm {
+        Some((_, Some(until))) if speeds.notices_rpm.is_none_or(|notices| notices > 1.1 * until) => {
+            format!("; from {} rpm on no more than 5 of 100 starts are answered wrongly", rpm(until))
+        }
+        _ => String::new(),
+    };
     // A start without an axis has no error, and does not start the motor.
     let answered = if speeds.answered < 1.0 {
         format!(
@@ -62,7 +68,7 @@ pub fn said(asked: &Checked<'_>) -> Option<String> {
         String::new()
     };
     Some(format!(
-        "Of a rotor that turns, {notices}; {within} ({} starts at each speed, half of them in each direction{answered}).",
+        "Of a rotor that turns, {notices}{then}; {within} ({} starts at each speed, half of them in each direction{answered}).",
         speeds.starts
     ))
 }
