@@ -101,7 +101,7 @@ PAGES
 here() { printf '# %s\n\n<meta http-equiv="refresh" content="0; url=%s">\n\n[%s](%s)\n' "$2" "$3" "$2" "$3" >"$work/docs/$1-here.md"; }
 here lab "The lab" lab/index.html
 here gallery "Gallery of the figures" gallery/index.html
-here python "Python's functions" python/standstill.pyi.txt
+python3 crates/python/scripts/write_reference.py >"$work/docs/python-here.md"
 if [ -z "$rustdoc" ]; then
     echo "[The crates](rust-here.md)" >>"$work/docs/SUMMARY.md"
     here rust "The crates" rust/index.html
@@ -139,7 +139,7 @@ text = text[:begin] + short.replace("\\", "\\\\").replace("'", "\\'") + text[end
 open(path, "w", encoding="utf-8").write(text)
 PY
 mv "$work/lab" "$work/site/lab"
-mkdir "$work/site/gallery" "$work/site/python"
+mkdir "$work/site/gallery"
 {
     printf '<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>Gallery of the figures</title>'
     printf '<style>body{font:16px sans-serif;max-width:60rem;margin:1rem auto;padding:0 1rem}img{max-width:100%%}h2,code{overflow-wrap:anywhere}</style><h1>Gallery of the figures</h1>'
@@ -155,7 +155,6 @@ mkdir "$work/site/gallery" "$work/site/python"
         printf '<h2>%s</h2><img loading="lazy" src="%s.svg" alt="%s">\n' "$name" "$name" "$name"
     done
 } >"$work/site/gallery/index.html"
-cp crates/python/standstill/_standstill.pyi "$work/site/python/standstill.pyi.txt"
 size=$(du -sk --apparent-size "$work/site" | cut -f1)
 if [ -z "$rustdoc" ]; then
     cargo doc --workspace --no-deps --quiet

@@ -25,7 +25,7 @@ edges = np.arange(0, 361, 5)
 for panel, (method, title) in zip(axes, METHODS.items()):
     angle, error = results[method]["true_angle_deg"], results[method]["axis_error_deg"]
     bins = np.digitize(angle, edges)
-    mean = [np.nanmean(error[bins == k]) for k in range(1, len(edges))]
+    mean = [error[bins == k].mean() for k in range(1, len(edges))]
     panel.plot(angle, error, ".", markersize=2, alpha=0.4, label="a detection")
     panel.stairs(mean, edges, color="black", label="mean")
     rms = results[method].summary["rms_deg"]["value"]

@@ -30,9 +30,9 @@ use clap::{CommandFactory, Parser};
 use arguments::{Arguments, Command};
 use error::Error;
 
-pub use commands::run::by_host::{Hosted, Stopped, Trial};
 pub use shell::Report;
 pub use shell::host::Host;
+pub use shell::host::keywords::{choices, keywords};
 use shell::{command_line, host, terminal};
 
 /// Runs the program: carries out the command line of this process.
@@ -87,10 +87,10 @@ impl Host {
     /// print.
     ///
     /// # Errors
-    /// The error message that `standstill` would print after its name, as one line.
+    /// The error message that `standstill` would print after its name, as one line, with [`keywords()`] for its options.
     pub fn command(self: &Arc<Self>, words: impl IntoIterator<Item = OsString>) -> Result<Report, String> {
         self.run(|| arguments(std::iter::once("standstill".into()).chain(words)).and_then(command))
-            .map_err(|error| command_line::one_line(&error.to_string()))
+            .map_err(|error| keywords(&command_line::one_line(&error.to_string())))
     }
 }
 

@@ -221,6 +221,9 @@ pub fn changed(mut document: Document, keys: &Keys, shorthands: Shorthands) -> R
     for (option, key, value) in others {
         document.set_value(key, value, Origin::Option(option))?;
     }
+    if let Some((class, provider)) = host::current().as_ref().and_then(|host| host.detector.as_ref()) {
+        document.host(class, provider)?;
+    }
     Ok(document)
 }
 

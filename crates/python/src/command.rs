@@ -10,6 +10,8 @@ use pyo3::prelude::*;
 use standstill_cli::{Host, Report};
 
 use crate::Error;
+use crate::detector::{Class, Maker};
+use crate::given::Takes;
 use crate::table::Table;
 
 /// How often Python may raise what a signal asks for, and how often progress is reported.
@@ -22,35 +24,39 @@ const GRACE: Duration = Duration::from_millis(600);
 const STACK: usize = 8 << 20;
 
 /// Carries out a command line without the program's name. `scenario` is a name in it and the text that stands for it.
+/// `detector`: what makes the detectors of all trials, its name in the record of the run, and which arguments it takes.
 /// `progress`: `None` for a bar on a terminal, `False` for none, or what is called with how much of how much is done.
 #[pyfunction]
-#[pyo3(signature = (words, scenario=None, files=false, progress=None))]
+#[pyo3(signature = (words, scenario=None, files=false, progress=None, detector=None))]
 pub fn command(
     py: Python<'_>,
     words: Vec<OsString>,
     scenario: Option<(PathBuf, String)>,
     files: bool,
     progress: Option<Py<PyAny>>,
+    detector: Option<(Py<PyAny>, String, Vec<String>)>,
 ) -> PyResult<(u8, String, Vec<(String, Table)>)> {
-    let host = self::host(scenario, files, progress.as_ref());
+    let mut host = Host::default();
+    (host.scenario, host.files, host.bars) = (scenario, files, progress.is_none());
+    let mut class = None;
+    if let Some((make, name, takes)) = detector {
+        let own = Arc::new(Class::new(py, make, Takes(takes))?);
+        class = Some(Arc::clone(&own));
+        host.detector = Some((name, Arc::new(Maker(own))));
+    }
+    let host = Arc::new(host);
     let own = Arc::clone(&host);
     let report = beside(py, &host, progress, move || own.command(words))?;
+    if let Some(raised) = class.and_then(|class| class.raised(py)) {
+        return Err(raised);
+    }
     let Report { text, code } = report.map_err(Error::new_err)?;
     let tables = host.tables().into_iter().map(|(name, columns)| (name, Table::new(columns)));
     Ok((code, text, tables.collect()))
 }
 
-/// Makes the host of a command. It shows progress bars only if the caller gives no `progress`.
-pub fn host(scenario: Option<(PathBuf, String)>, files: bool, progress: Option<&Py<PyAny>>) -> Arc<Host> {
-    let mut host = Host::default();
-    host.scenario = scenario;
-    host.files = files;
-    host.bars = progress.is_none();
-    Arc::new(host)
-}
-
 /// Does something in a thread of its own, and meanwhile what Python wants: signals, and calls of `progress`.
-pub fn beside<T: Send + 'static>(
+fn beside<T: Send + 'static>(
     py: Python<'_>,
     host: &Arc<Host>,
     progress: Option<Py<PyAny>>,

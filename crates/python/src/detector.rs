@@ -1,27 +1,20 @@
 //! Detectors written in Python, as the drive sees them.
 
-use std::ffi::OsString;
-use std::path::PathBuf;
-use std::sync::Arc;
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::{PyArray2, ndarray::Array2};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
-use standstill_campaign::store::Row;
-use standstill_cli::{Hosted, Stopped};
-use standstill_detect::Method;
-use standstill_foreign::Guard;
+use pyo3::types::{PyDict, PyTuple};
+use standstill_foreign::{Guard, kept};
 use standstill_interface::{
-    Abc, Angle, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, PoleEvidence, Reading, Sampling,
-    Sensed, Stage, Step, Undetermined,
+    Abc, Angle, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Own, PoleEvidence, Reading,
+    Sampling, Sensed, Stage, Step, Undetermined,
 };
-use standstill_scenario::{Record, Scenario};
-use standstill_sim::{Ended, NoProbe, run as simulate};
+use standstill_scenario::{Given, Provider, gave_up};
 
-use crate::Error;
-use crate::command::{beside, host};
-use crate::table::Table;
+use crate::given::{self, Takes};
 
 /// Columns of the readings.
 const COLUMNS: usize = 13;
@@ -50,29 +43,96 @@ impl Classes {
     }
 }
 
+/// A class of Python whose objects are the detectors of a run.
+pub struct Class {
+    make: Py<PyAny>,
+    takes: Takes,
+    classes: Classes,
+    /// The exception that was raised in the trial with the lowest number, and that number.
+    raised: Mutex<Option<(u64, PyErr)>>,
+}
+
+impl fmt::Debug for Class {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a class of Python")
+    }
+}
+
+impl Class {
+    /// Makes a class of what makes its objects.
+    pub fn new(py: Python<'_>, make: Py<PyAny>, takes: Takes) -> PyResult<Self> {
+        Ok(Self { make, takes, classes: Classes::new(py)?, raised: Mutex::new(None) })
+    }
+
+    /// Returns the exception that ended the command, with the number of its trial in its attribute `trial`.
+    pub fn raised(&self, py: Python<'_>) -> Option<PyErr> {
+        let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
+        raised.map(|(trial, error)| in_trial(py, error, trial))
+    }
+
+    /// Keeps an exception; that of the trial with the lowest number stays.
+    fn ends(&self, trial: u64, error: PyErr) {
+        let mut raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
+        if raised.as_ref().is_none_or(|(first, _)| trial < *first) {
+            *raised = Some((trial, error));
+        }
+    }
+
+    /// Returns whether an exception was raised in a trial with a lower number. Then nobody reads what this one finds.
+    fn is_over(&self, trial: u64) -> bool {
+        let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
+        raised.as_ref().is_some_and(|(first, _)| *first < trial)
+    }
+}
+
+/// The class as what makes the detectors of trials.
+#[derive(Debug)]
+pub struct Maker(pub Arc<Class>);
+
+impl Provider for Maker {
+    fn detector(&self, given: &Arc<Given>, seed: u64, trial: u64) -> Box<dyn Detector<f64>> {
+        let class = Arc::clone(&self.0);
+        let make = |py: Python<'_>| {
+            let keywords = PyDict::new(py);
+            given::give(py, given, seed, &class.takes, &keywords)?;
+            class.make.call(py, (), Some(&keywords))
+        };
+        let object = if class.is_over(trial) {
+            None
+        } else {
+            Python::attach(make).map_err(|error| class.ends(trial, error)).ok()
+        };
+        let guard = Guard::new(given.sensors.comparator.timer);
+        Box::new(FromPython { object, class, trial, guard })
+    }
+}
+
 /// A Python object as a detector. It holds the interpreter only while it computes a step.
-struct FromPython<'a> {
-    object: Py<PyAny>,
-    classes: &'a Classes,
-    /// The exception that it raised.
-    raised: Option<PyErr>,
-    /// Why it has no angle, in its words.
-    reason: Option<String>,
+struct FromPython {
+    /// None if it could not be made.
+    object: Option<Py<PyAny>>,
+    class: Arc<Class>,
+    trial: u64,
     guard: Guard,
 }
 
-/// The end of a detection that raised: nobody reads it.
-fn raised() -> Step<f64> {
-    Step::Done(Outcome::Failed { fault: Fault::UnexpectedReadings, findings: Findings::default() })
+impl Drop for FromPython {
+    fn drop(&mut self) {
+        let object = self.object.take();
+        Python::attach(|_| drop(object));
+    }
 }
 
-impl Detector<f64> for FromPython<'_> {
+impl Detector<f64> for FromPython {
     fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
+        let Some(object) = self.object.as_ref().filter(|_| !self.class.is_over(self.trial)) else {
+            return gave_up();
+        };
         self.guard.lasted(readings);
         let step = Python::attach(|py| {
-            self.ask(py, readings).unwrap_or_else(|error| {
-                self.raised = Some(error);
-                raised()
+            self.class.ask(py, object, readings).unwrap_or_else(|error| {
+                self.class.ends(self.trial, error);
+                gave_up()
             })
         });
         let Step::Drive(command) = &step else { return step };
@@ -87,10 +147,10 @@ impl Detector<f64> for FromPython<'_> {
     }
 }
 
-impl FromPython<'_> {
-    fn ask(&mut self, py: Python<'_>, readings: &[Reading<f64>]) -> PyResult<Step<f64>> {
+impl Class {
+    fn ask(&self, py: Python<'_>, object: &Py<PyAny>, readings: &[Reading<f64>]) -> PyResult<Step<f64>> {
         let step = pyo3::intern!(py, "step");
-        let answer = self.object.bind(py).call_method1(step, (array(py, readings)?,))?;
+        let answer = object.bind(py).call_method1(step, (array(py, readings)?,))?;
         let class = answer.get_type();
         let is = |known: &Py<PyAny>| class.is(known.bind(py));
         if is(&self.classes.drive) {
@@ -106,22 +166,22 @@ impl FromPython<'_> {
                 Err(PyValueError::new_err(format!("an angle of {angle}: {needed}")))
             }
         };
-        let reason =
-            |answer: &Bound<'_, PyAny>| answer.getattr(pyo3::intern!(py, "reason"))?.extract::<String>();
+        let own = |answer: &Bound<'_, PyAny>| {
+            let reason: String = answer.getattr(pyo3::intern!(py, "reason"))?.extract()?;
+            Ok::<_, PyErr>(Own { code: 0, text: kept(&reason) })
+        };
         let findings =
             |answer| Ok::<_, PyErr>(Findings { pole_evidence: evidence(answer)?, ..Findings::default() });
         let outcome = if is(&self.classes.found) {
             Outcome::Found { angle: angle(&answer)?, findings: findings(&answer)? }
         } else if is(&self.classes.axis) {
-            self.reason = Some(reason(&answer)?);
             Outcome::Axis {
                 angle: angle(&answer)?,
-                reason: Undetermined::NoSignature,
+                reason: Undetermined::Own(own(&answer)?),
                 findings: findings(&answer)?,
             }
         } else if is(&self.classes.failed) {
-            self.reason = Some(reason(&answer)?);
-            Outcome::Failed { fault: Fault::UnexpectedReadings, findings: Findings::default() }
+            Outcome::Failed { fault: Fault::Own(own(&answer)?), findings: Findings::default() }
         } else {
             let text = answer.repr()?;
             return Err(PyTypeError::new_err(format!(
@@ -251,60 +311,6 @@ fn command(py: Python<'_>, drive: &Bound<'_, PyAny>) -> PyResult<Command<f64>> {
     let command = Command { stage: stage(py, first)?, then, sampling, threshold };
     Guard::possible(&command).map_err(PyValueError::new_err)?;
     Ok(command)
-}
-
-/// One trial.
-fn trial(
-    make: &Py<PyAny>,
-    classes: &Classes,
-    scenario: &Scenario<Method<f64>>,
-    number: u64,
-) -> PyResult<Hosted> {
-    let object = Python::attach(|py| make.call0(py))?;
-    let guard = Guard::new(scenario.sensors.comparator.timer);
-    let mut detector = FromPython { object, classes, raised: None, reason: None, guard };
-    let run = simulate(&scenario.case(number), &mut detector, false, &mut NoProbe);
-    let FromPython { object, raised, reason, .. } = detector;
-    Python::attach(|_| drop(object));
-    if let Some(error) = raised {
-        return Err(error);
-    }
-    let evidence = match &run.ended {
-        Ended::Outcome(outcome) => outcome.findings().pole_evidence,
-        Ended::Error(_) => None,
-    };
-    let mut row = Row::from(&Record { trial: number, run });
-    if let (Some(reason), false) = (reason, row.reason.is_empty()) {
-        row.kind.clone_from(&reason);
-        row.reason = reason;
-    }
-    Ok(Hosted { row, evidence })
-}
-
-/// A scenario's trials with detectors that `make` makes, one for each. `detector` names them in the record.
-#[pyfunction]
-#[pyo3(signature = (words, scenario, make, detector, progress=None))]
-pub fn detect(
-    py: Python<'_>,
-    words: Vec<OsString>,
-    scenario: Option<(PathBuf, String)>,
-    make: Py<PyAny>,
-    detector: String,
-    progress: Option<Py<PyAny>>,
-) -> PyResult<(String, Table)> {
-    let host = host(scenario, false, progress.as_ref());
-    let own = Arc::clone(&host);
-    let classes = Classes::new(py)?;
-    let done = beside(py, &host, progress, move || {
-        own.trials(words, &detector, &|scenario, number| trial(&make, &classes, scenario, number))
-    })?;
-    let text = done.map_err(|stopped| match stopped {
-        Stopped::Wrong(line) => Error::new_err(line),
-        Stopped::Trial(number, error) => in_trial(py, error, number),
-        Stopped::Asked => Error::new_err("interrupted"),
-    })?;
-    let table = host.tables().into_iter().next().ok_or_else(|| Error::new_err("no rows"))?;
-    Ok((text, Table::new(table.1)))
 }
 
 /// Returns the exception with the number of the trial in which it was raised.

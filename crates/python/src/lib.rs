@@ -3,6 +3,7 @@
 
 mod command;
 mod detector;
+mod given;
 mod table;
 
 use pyo3::prelude::*;
@@ -21,6 +22,19 @@ fn _standstill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<table::Table>()?;
     module.add_function(wrap_pyfunction!(command::command, module)?)?;
-    module.add_function(wrap_pyfunction!(detector::detect, module)?)?;
+    module.add_function(wrap_pyfunction!(keywords, module)?)?;
+    module.add_function(wrap_pyfunction!(choices, module)?)?;
     Ok(())
+}
+
+/// A message of the command line with keywords for options.
+#[pyfunction]
+fn keywords(message: &str) -> String {
+    standstill_cli::keywords(message)
+}
+
+/// The values that an option of a command can have.
+#[pyfunction]
+fn choices(command: &str, option: &str) -> Vec<String> {
+    standstill_cli::choices(command, option)
 }

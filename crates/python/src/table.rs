@@ -1,5 +1,6 @@
 //! Tables whose columns NumPy and Arrow read where they are.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
@@ -9,7 +10,7 @@ use arrow_array::{
 use arrow_buffer::{Buffer, NullBuffer, OffsetBuffer, ScalarBuffer};
 use arrow_schema::{ArrowError, DataType, Field, Schema};
 use numpy::{Element, PyArray1, ndarray::ArrayView1};
-use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule, PyDict, PyList, PyString};
 use standstill_table::{Columns, Data};
@@ -17,7 +18,7 @@ use standstill_table::{Columns, Data};
 use crate::Error;
 
 /// The columns of a table, by their names. NumPy's arrays are views of them and cannot be written to.
-#[pyclass(frozen, mapping, module = "standstill")]
+#[pyclass(frozen, module = "standstill")]
 pub struct Table {
     columns: Vec<(String, Cells)>,
     rows: usize,
@@ -41,10 +42,15 @@ fn view<'py, T: Element>(py: Python<'py>, cells: &[T], buffer: &Buffer) -> PyRes
     // SAFETY: the array's base is the keeper, which holds the buffer of these cells; nobody writes to it, for the array is
     // made read-only below, and buffers of Arrow never change.
     let array = unsafe { PyArray1::borrow_from_array(&ArrayView1::from(cells), keeper) };
-    let options = PyDict::new(py);
+    locked(array.into_any())
+}
+
+/// Makes an array read-only.
+fn locked(array: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
+    let options = PyDict::new(array.py());
     options.set_item("write", false)?;
     array.call_method("setflags", (), Some(&options))?;
-    Ok(array.into_any())
+    Ok(array)
 }
 
 /// Which cells of numbers are not empty; none if all are.
@@ -130,10 +136,14 @@ impl Cells {
         }
     }
 
+    /// Returns the cells as a NumPy array: numbers as a view, flags and texts as copies.
     fn numpy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match self {
             Self::Whole(cells) => view(py, cells, cells.inner()),
-            Self::Number(cells) | Self::Flag(cells) => view(py, cells, cells.inner()),
+            Self::Number(cells) => view(py, cells, cells.inner()),
+            Self::Flag(cells) => {
+                locked(PyArray1::from_iter(py, cells.iter().map(|cell| *cell == 1.0)).into_any())
+            }
             Self::Text(offsets, bytes) => {
                 let text = |ends: &[i64]| {
                     let [from, to] = [ends[0], ends[1]].map(|end| usize::try_from(end).unwrap_or_default());
@@ -144,9 +154,23 @@ impl Cells {
                 let texts: Vec<_> = offsets.windows(2).map(text).collect();
                 let options = PyDict::new(py);
                 options.set_item("dtype", "object")?;
-                py.import("numpy")?.call_method("array", (PyList::new(py, texts)?,), Some(&options))
+                locked(py.import("numpy")?.call_method(
+                    "array",
+                    (PyList::new(py, texts)?,),
+                    Some(&options),
+                )?)
             }
         }
+    }
+
+    /// Returns which cells are empty, as a NumPy array; none if no cell is.
+    fn empty<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let empty: Vec<bool> = match self {
+            Self::Whole(_) => return Ok(None),
+            Self::Number(cells) | Self::Flag(cells) => cells.iter().map(|cell| cell.is_nan()).collect(),
+            Self::Text(offsets, _) => offsets.lengths().map(|length| length == 0).collect(),
+        };
+        empty.contains(&true).then(|| locked(PyArray1::from_vec(py, empty).into_any())).transpose()
     }
 }
 
@@ -159,9 +183,9 @@ impl Table {
         Self { columns: columns.collect(), rows }
     }
 
-    fn schema(&self) -> Arc<Schema> {
+    fn schema(&self) -> Schema {
         let field = |(name, cells): &(String, Cells)| Field::new(name, cells.kind(), true);
-        Arc::new(Schema::new(self.columns.iter().map(field).collect::<Vec<_>>()))
+        Schema::new(self.columns.iter().map(field).collect::<Vec<_>>())
     }
 }
 
@@ -176,17 +200,15 @@ impl Table {
         self.rows
     }
 
-    fn __contains__(&self, name: &str) -> bool {
-        self.columns.iter().any(|(known, _)| known == name)
-    }
-
-    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        match self.columns.iter().find(|(known, _)| known == name) {
-            Some((_, cells)) => cells.numpy(py),
-            None => {
-                Err(PyKeyError::new_err(format!("no column `{name}`; there are {}", self.keys().join(", "))))
-            }
-        }
+    /// Kind, cells and which of them are empty, of a column; nothing if there is no such column.
+    #[allow(clippy::type_complexity, reason = "a tuple of Python")]
+    fn column<'py>(
+        &self,
+        py: Python<'py>,
+        name: &str,
+    ) -> PyResult<Option<(&'static str, Bound<'py, PyAny>, Option<Bound<'py, PyAny>>)>> {
+        let Some((_, cells)) = self.columns.iter().find(|(known, _)| known == name) else { return Ok(None) };
+        Ok(Some((cells.bytes().0, cells.numpy(py)?, cells.empty(py)?)))
     }
 
     fn __repr__(&self) -> String {
@@ -216,15 +238,13 @@ impl Table {
         Ok(Self { columns: columns.collect::<PyResult<_>>()?, rows })
     }
 
-    /// The Arrow PyCapsule interface: one record batch, which is not copied but for flags.
-    #[pyo3(signature = (requested_schema=None))]
-    fn __arrow_c_stream__<'py>(
+    /// The Arrow PyCapsule interface: one record batch, which is not copied but for flags, with the schema's metadata.
+    fn stream<'py>(
         &self,
         py: Python<'py>,
-        requested_schema: Option<Bound<'py, PyAny>>,
+        metadata: HashMap<String, String>,
     ) -> PyResult<Bound<'py, PyCapsule>> {
-        // Whoever wants other types converts them.
-        drop(requested_schema);
+        let schema = Arc::new(self.schema().with_metadata(metadata));
         let failed = |error: ArrowError| Error::new_err(error.to_string());
         let arrays = self
             .columns
@@ -232,9 +252,8 @@ impl Table {
             .map(|(_, cells)| cells.arrow())
             .collect::<Result<Vec<_>, _>>()
             .map_err(failed)?;
-        let batch = RecordBatch::try_new(self.schema(), arrays).map_err(failed)?;
-        let stream =
-            FFI_ArrowArrayStream::new(Box::new(RecordBatchIterator::new([Ok(batch)], self.schema())));
+        let batch = RecordBatch::try_new(Arc::clone(&schema), arrays).map_err(failed)?;
+        let stream = FFI_ArrowArrayStream::new(Box::new(RecordBatchIterator::new([Ok(batch)], schema)));
         PyCapsule::new_with_value(py, stream, c"arrow_array_stream")
     }
 }

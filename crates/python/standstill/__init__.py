@@ -35,20 +35,24 @@ from ._commands import (
     trace,
     tune,
 )
-from ._detector import Axis, Drive, Failed, Found, Stage
+from ._detector import Axis, Detector, Drive, Failed, Found, Nameplate, Stage
 from ._results import Columns, Results, Trace
 from ._scenario import Scenario, scenario
 from ._standstill import Error, __version__
+from ._types import ScenarioDict
 
 __all__ = [
     "Axis",
     "Columns",
+    "Detector",
     "Drive",
     "Error",
     "Failed",
     "Found",
+    "Nameplate",
     "Results",
     "Scenario",
+    "ScenarioDict",
     "Stage",
     "Trace",
     "__version__",

@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Any, TypeAlias, Union
 
 from . import _digest, _standstill
+from ._detector import Detector, takes
 from ._results import Results, Trace
-from ._scenario import Pathlike, Source, scenario as _scenario, toml
+from ._scenario import Pathlike, Scenario, Source, scenario as _scenario, toml
 from ._standstill import Table
+from ._types import DesignKind, Effort, ErrorSet, FaultMode, Format, MethodName, Rotor, Rows
 
 #: See :func:`run`.
 Progress: TypeAlias = Union[Callable[[int, int], object], bool, None]
@@ -61,13 +63,35 @@ def _answer(command: str, source: Source | None, progress: Progress = None, /, *
     return json.loads(text)
 
 
+#: A class of detectors, or the path of a library.
+Detectors: TypeAlias = Union[Callable[..., Detector], Pathlike, None]
+_Class: TypeAlias = Union[tuple[Callable[..., Detector], str, list[str]], None]
+
+
+def _detected(source: Source, detector: Detectors) -> tuple[Scenario, _Class]:
+    """A scenario with a library for its detector, or with a class that is given beside it."""
+    of = _scenario(source)
+    if detector is None:
+        return of, None
+    if callable(detector):
+        return of, (detector, _digest.name(detector), takes(detector))
+    if not isinstance(detector, (str, os.PathLike)):
+        raise TypeError(f"detector: found {detector!r}, needed a class whose objects have `step`, or the path of a library")
+    return _scenario(of, **{"detector.library": os.path.abspath(detector)}), None
+
+
 def _carried_out(
-    words: list[str], given: tuple[str, str] | None, out: Pathlike | None, progress: Progress, options: dict[str, Any]
+    words: list[str],
+    given: tuple[str, str] | None,
+    out: Pathlike | None,
+    progress: Progress,
+    options: dict[str, Any],
+    detector: _Class = None,
 ) -> Results:
     """A command with trials, whose files are written if a folder is given."""
     with tempfile.TemporaryDirectory(prefix="standstill-") as folder:
         words = [*words, "--json", "--out", os.fspath(folder if out is None else out), *_options(options)]
-        _, text, tables = _standstill.command(words, given, out is not None, progress)
+        _, text, tables = _standstill.command(words, given, out is not None, progress, detector)
     return Results(dict(tables).get("trials"), json.loads(text), None if out is None else Path(out))
 
 
@@ -78,10 +102,10 @@ def run(
     trials: int | None = None,
     seed: int | None = None,
     stop_at: Mapping[str, Any] | None = None,
-    detector: Callable[[], Any] | Pathlike | None = None,
+    detector: Detectors = None,
     out: Pathlike | None = None,
-    format: str = "csv",
-    rows: str = "all",
+    format: Format = "csv",
+    rows: Rows = "all",
     resume: bool = False,
     force: bool = False,
     threads: int | None = None,
@@ -97,30 +121,17 @@ def run(
 
     >>> import standstill as st
     >>> results = st.run('[detector]\\nmethod = "bipolar"', trials=200, seed=3)
-    >>> len(results), results.summary["undetermined"]
+    >>> results.rows, results.summary["undetermined"]
     (200, 0)
     >>> st.run("trials = 0")
     Traceback (most recent call last):
     ...
     standstill.Error: scenario.toml: line 1: `trials`: found 0, needed at least 1
     """
-    source = _scenario(scenario)
+    source, made = _detected(scenario, detector)
     options: dict[str, Any] = {"trials": trials, "seed": seed, "stop_at": stop_at, "threads": threads}
-    if callable(detector):
-        refused = {"out": out is not None, "rows": rows != "all", "resume": resume, "force": force, "stop_at": stop_at is not None}
-        for name, given in refused.items():
-            if given:
-                raise _standstill.Error(f"{name}: found with a detector written in Python, whose results are in memory alone")
-        words = ["run", *source.words(), *_options(options)]
-        text, table = _standstill.detect(words, source.given, detector, _digest.name(detector), progress)
-        return Results(table, json.loads(text), None)
-    if detector is not None:
-        if not isinstance(detector, (str, os.PathLike)):
-            raise TypeError(f"detector: found {detector!r}, needed a class whose objects have `step`, or the path of a library")
-        source = _scenario(source, **{"detector.library": os.path.abspath(detector)})
-    words = ["run", *source.words()]
     options |= {"format": format, "rows": rows, "resume": resume, "force": force}
-    return _carried_out(words, source.given, out, progress, options)
+    return _carried_out(["run", *source.words()], source.given, out, progress, options, made)
 
 
 def sweep(
@@ -128,14 +139,15 @@ def sweep(
     /,
     *,
     vary: Mapping[str, str] | None = None,
-    design: str | None = None,
+    design: DesignKind | None = None,
     points: int | None = None,
     trials: int | None = None,
     seed: int | None = None,
     stop_at: Mapping[str, Any] | None = None,
+    detector: Detectors = None,
     out: Pathlike | None = None,
-    format: str = "csv",
-    rows: str = "all",
+    format: Format = "csv",
+    rows: Rows = "all",
     resume: bool = False,
     force: bool = False,
     threads: int | None = None,
@@ -145,13 +157,13 @@ def sweep(
 
     >>> import standstill as st
     >>> results = st.sweep('[detector]\\nmethod = "bipolar"', vary={"sensors.noise": "5 mA:50 mA:3"}, trials=50)
-    >>> [round(point["values"]["sensors.noise"], 4) for point in results.points], len(results)
+    >>> [round(point["values"]["sensors.noise"], 4) for point in results.points], results.rows
     ([0.005, 0.0275, 0.05], 150)
     """
-    words, given = _words("sweep", scenario)
+    source, made = _detected(scenario, detector)
     options: dict[str, Any] = {"vary": vary, "design": design, "points": points, "trials": trials, "seed": seed, "stop_at": stop_at}
     options |= {"format": format, "rows": rows, "resume": resume, "force": force, "threads": threads}
-    return _carried_out(words, given, out, progress, options)
+    return _carried_out(["sweep", *source.words()], source.given, out, progress, options, made)
 
 
 def shard(
@@ -164,7 +176,8 @@ def shard(
     trials: int | None = None,
     seed: int | None = None,
     stop_at: Mapping[str, Any] | None = None,
-    rows: str = "all",
+    detector: Detectors = None,
+    rows: Rows = "all",
     threads: int | None = None,
     progress: Progress = None,
 ) -> Path:
@@ -179,15 +192,16 @@ def shard(
     >>> together.summary == st.run(text).summary, paths[0].name
     (True, 'shard-1-of-2.journal')
     """
-    words, given = _words("run" if vary is None else "sweep", scenario)
+    source, made = _detected(scenario, detector)
+    words = ["run" if vary is None else "sweep", *source.words()]
     options: dict[str, Any] = {"vary": vary, "trials": trials, "seed": seed, "stop_at": stop_at, "rows": rows, "threads": threads}
     words += ["--json", "--resume", "--shard", part, "--out", os.fspath(out), *_options(options)]
-    _, text, _ = _standstill.command(words, given, True, progress)
+    _, text, _ = _standstill.command(words, source.given, True, progress, made)
     return Path(json.loads(text)["journal"])
 
 
 def merge(
-    folders: Iterable[Pathlike] | Pathlike, /, *, out: Pathlike | None = None, format: str = "csv", progress: Progress = None
+    folders: Iterable[Pathlike] | Pathlike, /, *, out: Pathlike | None = None, format: Format = "csv", progress: Progress = None
 ) -> Results:
     """The shards in these folders, or in one folder, put together as the whole run would have been.
 
@@ -196,7 +210,7 @@ def merge(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     _ = [st.shard(text, f"{k}/3", out=folder) for k in (1, 2, 3)]
     ...     together = st.merge(folder)
-    >>> len(together), together.summary["wrong_poles"]
+    >>> together.rows, together.summary["wrong_poles"]
     (60, 0)
     """
     words = ["merge", *_paths(folders)]
@@ -225,29 +239,33 @@ def trace(
     point: int | None = None,
     trial: int | None = None,
     angle: float | None = None,
-    method: str | None = None,
+    method: MethodName | None = None,
     motor: str | None = None,
-    errors: str | None = None,
-    rotor: str | None = None,
+    errors: ErrorSet | None = None,
+    rotor: Rotor | None = None,
     seed: int | None = None,
+    detector: Detectors = None,
     verify: bool = False,
     out: Pathlike | None = None,
-    format: str = "csv",
+    format: Format = "csv",
     force: bool = False,
 ) -> Trace:
     """One trial of a scenario, every waveform of it: see :class:`Trace`. With ``out`` the files of ``standstill trace`` are
-    written too.
+    written too. ``detector``: as of :func:`run`.
 
     >>> import standstill as st
     >>> trace = st.trace(method="bipolar", angle=40.0)
-    >>> trace.result["outcome"], len(trace.waveform) > 100
+    >>> trace.result["outcome"], trace.waveform.rows > 100
     ('found', True)
     """
+    made: _Class = None
+    if detector is not None:
+        scenario, made = _detected("" if scenario is None else scenario, detector)
     words, given = _words("trace", scenario)
     options = {"point": point, "trial": trial, "angle": angle, "method": method, "motor": motor, "errors": errors}
     options |= {"rotor": rotor, "seed": seed, "verify": verify, "format": format, "force": force}
     words += ["--out", os.fspath("." if out is None else out), *_options(options)]
-    _, text, tables = _standstill.command(words, given, out is not None)
+    _, text, tables = _standstill.command(words, given, out is not None, None, made)
     return Trace(dict[str, Table](tables), json.loads(text))
 
 
@@ -256,9 +274,9 @@ def compare(
     /,
     *,
     motor: str | None = None,
-    method: Sequence[str] | str | None = None,
-    errors: Sequence[str] | str | None = None,
-    rotor: Sequence[str] | str | None = None,
+    method: Sequence[MethodName] | MethodName | None = None,
+    errors: Sequence[ErrorSet] | ErrorSet | None = None,
+    rotor: Sequence[Rotor] | Rotor | None = None,
     trials: int | None = None,
     seed: int | None = None,
     threads: int | None = None,
@@ -282,7 +300,7 @@ def check(
     motor: Source,
     /,
     *,
-    errors: str | None = None,
+    errors: ErrorSet | None = None,
     tolerance: float | None = None,
     movement: float | None = None,
     seed: int | None = None,
@@ -383,8 +401,8 @@ def faults(
     scenario: Source,
     /,
     *,
-    mode: str | Sequence[str] | None = None,
-    method: str | Sequence[str] | None = None,
+    mode: FaultMode | Sequence[FaultMode] | None = None,
+    method: MethodName | Sequence[MethodName] | None = None,
     trials: int | None = None,
     seed: int | None = None,
     out: Pathlike | None = None,
@@ -493,7 +511,7 @@ def odds(
     /,
     *,
     event: str,
-    effort: str | None = None,
+    effort: Effort | None = None,
     seed: int | None = None,
     out: Pathlike | None = None,
     force: bool = False,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import inspect
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol, Union
 
@@ -85,8 +86,77 @@ class Failed:
     reason: str
 
 
+@dataclass(frozen=True)
+class Nameplate:
+    """What the drive knows of the motor and of itself, as ``sts_drive`` of ``standstill.h`` has it: SI units."""
+
+    #: Nominal voltage of the DC link in V.
+    dc_link: float
+    #: Rated current of a phase in A, peak.
+    rated_current: float
+    #: Resistance of a phase in ohm.
+    resistance: float
+    #: Inductances in H, without current.
+    ld: float
+    lq: float
+    #: Flux linkage of the magnet in Wb; 0 without magnet.
+    flux: float
+    #: Near rated current, 1: the north pole draws the larger current, -1: the south pole, 0: neither.
+    stronger_pole: int
+    #: Dead time in s.
+    dead_time: float
+    #: Period of the PWM's carrier in s.
+    period: float
+    #: After a request to a leg, how long shunts are not read, in s; 0: not at all.
+    settle: float
+    #: Resolution of the current converters, also of that of a shunt in the DC link; 0: they do not round.
+    current_bits: int
+    #: A current is ``amps_at_zero`` + count * ``amps_per_count``; a count is the sum of all conversions of a sample.
+    amps_per_count: float
+    amps_at_zero: float
+    #: Resolution of the DC link's converter, and its step in V.
+    dc_link_bits: int
+    volts_per_count: float
+    #: Resolution of the converters behind the terminals' dividers, and their step in V; 0: there are none.
+    terminal_bits: int
+    terminal_volts_per_count: float
+    #: Tick of the timer that captures trips of comparators, in s; 0: there is none, and no ``Drive.until``.
+    timer_tick: float
+    #: 0: none, 1: one comparator for the current in the DC link, 6: two for each leg, one a direction.
+    comparators: int
+    #: From the threshold to the captured time, and its standard deviation, in s.
+    comparator_delay: float
+    comparator_delay_spread: float
+    #: Standard deviation of a comparator's offset, and noise of its current (rms), in A.
+    comparator_offset: float
+    comparator_noise: float
+    #: After the begin of each stage, how long comparators are ignored, in s.
+    comparator_blanking: float
+    #: The highest ``Drive.until`` in A; 0: any.
+    threshold_highest: float
+
+
+#: Arguments of a detector's class that are given to it, if it has them.
+GIVEN = ("drive", "config", "seed")
+
+
+def takes(make: Callable[..., object]) -> list[str]:
+    """Which of :data:`GIVEN` a class, or another maker of detectors, has as arguments."""
+    try:
+        arguments = inspect.signature(make).parameters.values()
+    except (TypeError, ValueError):
+        return []
+    if any(argument.kind is argument.VAR_KEYWORD for argument in arguments):
+        return list(GIVEN)
+    named = {argument.name for argument in arguments if argument.kind not in (argument.POSITIONAL_ONLY, argument.VAR_POSITIONAL)}
+    return [name for name in GIVEN if name in named]
+
+
 class Detector(Protocol):
-    """A detector: a class without arguments, of which each trial gets an object of its own.
+    """A detector: what an object of a class has. Each trial gets an object of its own.
+
+    The class is made with those of these arguments that its ``__init__`` has: ``drive``, a :class:`Nameplate`; ``config``, a dictionary of the
+    scenario's ``detector.config``; ``seed``, a whole number of 64 bits that each trial draws.
 
     ``step`` gets the readings of its last command, a row for each sample: time in s from the begin of the command (with
     ``until``, from the end of its first stage), the currents of phases a, b, c in A, the DC link in V, 1 where a current or the

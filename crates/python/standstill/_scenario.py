@@ -10,6 +10,8 @@ from typing import Any, TypeAlias, Union
 
 import numpy as np
 
+from ._types import ScenarioDict
+
 Pathlike: TypeAlias = Union[str, "os.PathLike[str]"]
 
 #: What a scenario given as a text is called in messages.
@@ -35,7 +37,7 @@ class Scenario:
 
 
 #: A scenario as functions take it: made by :func:`scenario`, a file's path, a text, or a dictionary.
-Source: TypeAlias = Union[Scenario, Pathlike, Mapping[str, Any]]
+Source: TypeAlias = Union[Scenario, Pathlike, ScenarioDict, Mapping[str, Any]]
 
 
 def scenario(source: Source, /, **overrides: Any) -> Scenario:

@@ -1,13 +1,17 @@
 """Results as columns: the bytes of the files, and the memory of NumPy, pandas, polars and Arrow."""
 
 import copy
+import inspect
 import json
+import multiprocessing
 import os
 import pickle
 import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +23,7 @@ import pytest
 import scipy.io
 
 import standstill as st
+from standstill import _standstill
 
 PROGRAM = os.environ["STANDSTILL"]
 SWEEP = """
@@ -82,17 +87,20 @@ def test_law_columns_are_those_of_the_files(results: st.Results, tmp_path: Path)
     frame = pl.DataFrame(results)
     assert frame.equals(pl.read_parquet(tmp_path / "parquet/trials.parquet"))
     assert pa.table(results).to_pydict() == binary.to_pydict()
-    assert set(results["pole_correct"][~np.isnan(results["pole_correct"])]) <= {0.0, 1.0}
-    assert len(results) == len(text) == 240 and np.isnan(results["error_deg"]).sum() == text["error_deg"].isna().sum() > 0
+    assert results["pole_correct"].dtype == bool and len(results) == len(text.columns)
+    assert results.rows == len(text) == 240 and results["error_deg"].mask.sum() == text["error_deg"].isna().sum() > 0
     for name, column in results.items():
         of_matlab = matlab[name.replace(".", "_")]
         if column.dtype == object:
-            assert list(column) == list(text[name].fillna("")) == list(archive[name]), name
-            assert [cell.rstrip() for cell in of_matlab] == list(column), name
+            texts = list(np.ma.getdata(column))
+            assert texts == list(text[name].fillna("")) == list(archive[name]), name
+            assert [cell.rstrip() for cell in of_matlab] == texts, name
         else:
-            np.testing.assert_array_equal(column, text[name].astype(float), err_msg=name)
-            np.testing.assert_array_equal(column, archive[name])
-            np.testing.assert_array_equal(column, of_matlab)
+            # In files of arrays, an empty flag is no number.
+            numbers = np.ma.filled(column.astype(float), np.nan)
+            np.testing.assert_array_equal(numbers, text[name].astype(float), err_msg=name)
+            np.testing.assert_array_equal(numbers, archive[name])
+            np.testing.assert_array_equal(numbers, of_matlab)
 
 
 def test_law_nothing_is_copied(results: st.Results) -> None:
@@ -118,15 +126,18 @@ def test_law_nothing_is_copied(results: st.Results) -> None:
 
 def test_law_results_go_through_pickles_and_copies_as_they_are(results: st.Results, tmp_path: Path) -> None:
     for twin in (pickle.loads(pickle.dumps(results)), copy.copy(results), copy.deepcopy(results)):
-        assert type(twin) is st.Results and len(twin) == len(results) and list(twin) == list(results)
+        assert type(twin) is st.Results and twin.rows == results.rows and list(twin) == list(results)
+        assert twin == results and not twin != results and twin is not results
         assert (twin.run, twin.summary, twin.points, twin.folder) == (results.run, results.summary, results.points, results.folder)
         assert twin.run["numerics"] and twin.run["scenario"]
         assert pl.DataFrame(twin).equals(pl.DataFrame(results)) and pa.table(twin).equals(pa.table(results))
         for name, column in results.items():
-            np.testing.assert_array_equal(twin[name], column, err_msg=name)
-            assert twin[name].dtype == column.dtype and (column.dtype == object or not twin[name].flags.writeable)
+            assert type(twin[name]) is type(column) and twin[name].dtype == column.dtype and not twin[name].flags.writeable
+            assert (np.ma.getmaskarray(twin[name]) == np.ma.getmaskarray(column)).all() and (twin[name] == column).all(), name
     without = st.run(SWEEP, rows="none")
-    assert len(pickle.loads(pickle.dumps(without))) == 0
+    assert pickle.loads(pickle.dumps(without)) == without != results and len(without) == without.rows == 0
+    trace = st.trace(method="bipolar", angle=40.0)
+    assert pickle.loads(pickle.dumps(trace)).waveform == trace.waveform != trace.events
     table, parts = results._table, results._table.parts()
     for damaged in (
         (parts[0] + 1, parts[1]),
@@ -138,19 +149,70 @@ def test_law_results_go_through_pickles_and_copies_as_they_are(results: st.Resul
             type(table).of_parts(*damaged)
 
 
-def test_law_results_become_data_frames_or_say_how(results: st.Results) -> None:
-    assert results.get("nothing") is None and list(results.keys()) == list(results) == list(dict(results))
-    with pytest.raises(TypeError, match="to_pandas"):
-        pd.DataFrame(results)
-    frame = results.to_pandas()
-    assert list(frame.columns) == list(results) and len(frame) == len(results) == 240
-    for name, column in results.items():
-        np.testing.assert_array_equal(frame[name].to_numpy(), column, err_msg=name)
-    masked = results.masked("error_deg")
-    assert masked.mask.sum() == np.isnan(results["error_deg"]).sum() > 0 and masked.count() + masked.mask.sum() == 240
-    assert (results.masked("reason").mask == (results["reason"] == "")).all() and not results.masked("trial").mask.any()
+def test_law_results_come_back_from_pools_of_processes(results: st.Results) -> None:
+    """Dask's workers return what `pickle` makes of it, as these do."""
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        assert pool.submit(st.run, SWEEP).result() == results
+
+
+def test_law_results_are_a_mapping_that_nobody_changes(results: st.Results) -> None:
+    assert isinstance(results, Mapping) and len(results) == len(list(results)) == len(dict(results)) > 10
+    assert results.get("nothing") is None and list(results.keys()) == list(results) == list(dict(results)) == list({**results})
+    assert results == st.run(SWEEP) != st.run(SWEEP, seed=2) and results != dict(results) and results != 3
+    # One number of another bit.
+    rows, columns = results._table.parts()
+    cells = {name: values for name, _, _, values in columns}["true_angle_deg"]
+    changed = [(*of[:3], bytes([cells[0] ^ 1]) + cells[1:]) if of[0] == "true_angle_deg" else of for of in columns]
+    twin = copy.copy(results)
+    twin._table = type(results._table).of_parts(rows, changed)
+    assert twin != results
+    for change in (
+        lambda: results.__setitem__("trial", 0),
+        lambda: results.pop("trial"),
+        lambda: results.update({"trial": 0}),
+        lambda: results.clear(),
+    ):
+        with pytest.raises(TypeError, match="cannot be changed"):
+            change()
+    with pytest.raises(ValueError, match="read-only"):
+        results["error_deg"][0] = 1.0
+
+
+def test_law_results_become_data_frames(results: st.Results) -> None:
+    """By each constructor what it makes of Arrow's table, where empty cells are null and flags are flags."""
+    arrow = results.to_arrow()
+    expected = arrow.to_pydict()
+    assert any(None in column for column in expected.values())
+    assert pl.DataFrame(results).to_dict(as_series=False) == pl.from_arrow(arrow).to_dict(as_series=False) == expected
+    assert pa.table(results).to_pydict() == expected
+    assert pl.DataFrame(results).schema == pl.from_arrow(arrow).schema
+    for frame in (pd.DataFrame(results), results.to_pandas()):
+        assert list(frame.columns) == list(results) and len(frame) == results.rows == 240
+        for name, column in expected.items():
+            assert [None if pd.isna(cell) else cell for cell in frame[name]] == column, name
+    types = results.to_pandas().dtypes
+    assert (types["error_deg"], types["pole_correct"], types["reason"], types["trial"]) == ("Float64", "boolean", "string", "int64")
+    empty = results.to_pandas()["pole_correct"].isna()
+    assert 0 < empty.sum() < 240 and (empty == (results["outcome"] != "found")).all()
+    assert np.shares_memory(results.to_pandas()["error_deg"].array._data, results["error_deg"])
     page = results._repr_html_()
     assert "points of the axes" in page and page.count("<tr>") > 6 and "trials" in repr(results)
+
+
+def test_law_frames_carry_what_was_run(results: st.Results, tmp_path: Path) -> None:
+    """The metadata of the file in Parquet."""
+    st.run(SWEEP, out=tmp_path, format="parquet")
+    stored = pq.read_schema(tmp_path / "trials.parquet").metadata
+    stored = {key.decode(): value.decode() for key, value in stored.items() if key != b"ARROW:schema"}
+    assert set(stored) == {"version", "numerics", "seed", "scenario"}
+    assert results.to_pandas().attrs == results.to_pandas().head().attrs == stored == results.metadata
+    assert {key.decode(): value.decode() for key, value in results.to_arrow().schema.metadata.items()} == stored
+    assert pickle.loads(pickle.dumps(results)).metadata == stored
+    events = st.trace(method="bipolar", angle=40.0).events.to_pandas().attrs
+    assert events["numerics"] == stored["numerics"] and "bipolar" in events["scenario"]
+
+
+def test_law_values_are_refused_with_those_that_there_are() -> None:
     with pytest.raises(ValueError, match="known: line-inductance"):
         st.run({"detector": {"method": "no such method"}})
     assert isinstance(st.run({"trials": 3, "detector": {"method": "bipolar"}}), st.Results)
@@ -162,7 +224,7 @@ def test_law_a_plot_shows_each_start_by_what_it_ended_as(results: st.Results) ->
     matplotlib.use("Agg")
     axes = results.plot()
     drawn = {line.get_label(): len(line.get_xdata()) for line in axes.lines}
-    outcome, wrong = results["outcome"], results["pole_correct"] == 0
+    outcome, wrong = results["outcome"], np.ma.filled(results["pole_correct"] == 0, False)
     assert drawn == {
         "right pole": int(((outcome == "found") & ~wrong).sum()),
         "pole undetermined": int((outcome == "undetermined").sum()),
@@ -181,27 +243,30 @@ def test_law_a_trace_has_the_columns_of_its_files(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "csv/result.json").read_text()) == trace.result
     for name, table in (("waveform", trace.waveform), ("events", trace.events)):
         text = pd.read_csv(tmp_path / f"csv/{name}.csv")
-        assert [*table, "run"] == list(text.columns) and len(table) == len(text)
+        assert [*table, "run"] == list(text.columns) and table.rows == len(text)
         assert json.loads(text["run"][0])["scenario"] == trace.result["scenario"]
         assert pl.DataFrame(table).equals(pl.read_parquet(tmp_path / f"parquet/{name}.parquet"))
         archive = np.load(tmp_path / f"npz/{name}.npz")
         matlab = scipy.io.loadmat(tmp_path / f"mat/{name}.mat", squeeze_me=True)
         for column in table:
             if table[column].dtype == object:
-                assert list(archive[column]) == list(table[column]) == [cell.rstrip() for cell in matlab[column]]
+                assert list(archive[column]) == list(np.ma.getdata(table[column])) == [cell.rstrip() for cell in matlab[column]]
             else:
-                np.testing.assert_array_equal(archive[column], table[column])
-                np.testing.assert_array_equal(matlab[column], table[column])
+                numbers = np.ma.filled(table[column].astype(float), np.nan)
+                np.testing.assert_array_equal(archive[column], numbers)
+                np.testing.assert_array_equal(matlab[column], numbers)
                 # CSV has fixed digits.
-                np.testing.assert_allclose(table[column], text[column], rtol=0, atol=1e-6)
+                np.testing.assert_allclose(numbers, text[column], rtol=0, atol=1e-6)
     written = st.trace(method="bipolar", angle=40.0, out=tmp_path / "python")
     assert written.result == trace.result
     assert (tmp_path / "python/waveform.csv").read_bytes() == (tmp_path / "csv/waveform.csv").read_bytes()
 
 
-def test_law_errors_have_the_text_of_the_command_line(tmp_path: Path) -> None:
+def test_law_errors_have_the_text_of_the_command_line_in_keywords(tmp_path: Path) -> None:
     (tmp_path / "s.toml").write_text("trials = 10\n[sensors]\nnose = 1\n")
     (tmp_path / "taken").write_text("a file")
+    (tmp_path / "scenario").write_text("trials = 10\n")
+    (tmp_path / "empty").mkdir()
     (tmp_path / "drive.fmu").write_bytes(b"PK\x03\x04\xff")
     cases = [
         (["run", "s.toml"], lambda: st.run("s.toml")),
@@ -215,6 +280,8 @@ def test_law_errors_have_the_text_of_the_command_line(tmp_path: Path) -> None:
         (["status", "s.toml"], lambda: st.status(["s.toml"])),
         (["run", "drive.fmu"], lambda: st.run("drive.fmu")),
         (["trace", "--out", "taken/x"], lambda: st.trace(out="taken/x")),
+        (["sweep", "scenario"], lambda: st.sweep("scenario")),
+        (["explain", "empty"], lambda: st.explain("empty")),
     ]
     before = os.getcwd()
     os.chdir(tmp_path)
@@ -224,10 +291,35 @@ def test_law_errors_have_the_text_of_the_command_line(tmp_path: Path) -> None:
             assert done.returncode == 2
             with pytest.raises(st.Error) as error:
                 call()
-            assert f"standstill: {error.value}\n" == done.stderr
+            line = done.stderr.removeprefix("standstill: ").rstrip("\n")
+            assert str(error.value) == _standstill.keywords(line) and "--" not in str(error.value)
     finally:
         os.chdir(before)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["drive.fmu", "s.toml", "taken"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["drive.fmu", "empty", "s.toml", "scenario", "taken"]
+
+
+COMMANDS = [getattr(st, name) for name in st.__all__ if inspect.isfunction(getattr(st, name)) and name != "scenario"]
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command.__name__)
+def test_law_messages_name_keywords_of_functions(command: Callable[..., object]) -> None:
+    """Each option that a function has as a keyword is said by this keyword."""
+    options = [of for of in inspect.signature(command).parameters.values() if of.kind is of.KEYWORD_ONLY and of.name != "progress"]
+    said = _standstill.keywords
+    for of in options:
+        option = "--" + of.name.replace("_", "-")
+        if of.name == "witness":
+            assert said("or --no-witness to") == "or witness=False to"
+        elif isinstance(of.default, bool):
+            assert said(f"found b, needed {option} to go on") == f"found b, needed {of.name}=True to go on"
+        else:
+            assert said(f"another {option}, or") == f"another {of.name}, or"
+            pair = said(f"needed {option} A=5") in (f'needed {of.name}={{"A": "5"}}', f'needed {of.name}="A=5"')
+            assert said(f"needed {option} 5") == f"needed {of.name}=5" and pair
+            assert ("Mapping" in str(of.annotation)) == ("{" in said(f"needed {option} A=5")), of
+    if command is not st.shard:
+        # The program has no such command, but an option of `run`.
+        assert said(f"`standstill {command.__name__}` says") == f"`standstill.{command.__name__}` says"
 
 
 def test_law_other_threads_run_meanwhile() -> None:
@@ -301,7 +393,7 @@ def test_law_results_of_another_question_are_replaced_with_force_alone(tmp_path:
 
     for carry_out in (run, trace, budget):
         carry_out("bipolar")
-        with pytest.raises(st.Error, match="--force"):
+        with pytest.raises(st.Error, match=r"another out, or force=True to replace them"):
             carry_out("line-inductance-fast")
         carry_out("line-inductance-fast", force=True)
 
@@ -316,13 +408,13 @@ def test_law_a_run_goes_on_and_ends_early_as_by_the_command_line(tmp_path: Path)
     with pytest.raises(RuntimeError):
         st.run(text, out=tmp_path / "a", progress=some)
     assert [path.name for path in (tmp_path / "a").iterdir()] == ["run.journal"]
-    with pytest.raises(st.Error, match="resume"):
+    with pytest.raises(st.Error, match="needed resume=True to go on with it, another out, or force=True"):
         st.run(text, out=tmp_path / "a")
-    assert len(st.run(text, out=tmp_path / "a", resume=True)) == 12_000
+    assert st.run(text, out=tmp_path / "a", resume=True).rows == 12_000
     st.run(text, out=tmp_path / "b")
     assert (tmp_path / "a/trials.csv").read_bytes() == (tmp_path / "b/trials.csv").read_bytes()
     early = st.run(text, stop_at={"rms": "5%"})
-    assert 100 < early.summary["trials"] == len(early) < 12_000
+    assert 100 < early.summary["trials"] == early.rows < 12_000
 
 
 def test_law_a_column_that_is_not_there_is_named(results: st.Results) -> None:
@@ -364,7 +456,7 @@ def test_law_failure_modes_are_those_of_the_command_line(tmp_path: Path) -> None
     with pytest.raises(st.Error, match="(?s)phase-opne.*phase-open"):
         st.faults(scenario, mode="phase-opne", trials=2)
     # Files of another question stay.
-    with pytest.raises(st.Error, match="--force|force"):
+    with pytest.raises(st.Error, match="force=True"):
         st.faults(scenario, mode="phase-open", trials=31, out=tmp_path / "b")
 
 
@@ -405,7 +497,7 @@ def test_law_an_interrupt_ends_within_a_second(call: str, tmp_path: Path) -> Non
 def test_law_without_rows_the_summary_is_the_same(results: st.Results) -> None:
     none = st.run(SWEEP, rows="none")
     assert none.summary == results.summary and none.points == results.points
-    assert len(none) == 0 and list(none) == []
+    assert none.rows == len(none) == 0 and list(none) == []
     with pytest.raises(KeyError, match="no column"):
         none["trial"]
 

@@ -3,6 +3,8 @@
 pub(crate) mod limits;
 mod sensors;
 
+use std::sync::Arc;
+
 use standstill_detect::{ForeignSettings, Method, MethodName, Settings as _, Source};
 use standstill_interface::{Dq, Nanos};
 use standstill_inverter::{DeviceKind, Devices};
@@ -21,7 +23,7 @@ use super::tables::ScenarioFile;
 use crate::errors::device_kind;
 use crate::known::{nameplate, sources};
 use crate::scenario::tolerance;
-use crate::{DriveSettings, Scenario, faults};
+use crate::{DriveSettings, Given, Hosted, Scenario, faults};
 
 impl ScenarioFile {
     /// Builds and checks the scenario. Relative paths in the file start at the folder of `files`.
@@ -95,6 +97,7 @@ impl ScenarioFile {
             // Until the drive is known that the settings suit.
             detector: Method::Foreign(ForeignSettings::new()),
             foreign: None,
+            hosted: None,
             time_limit: Case::TIME_LIMIT,
             tolerance: tolerance(motor),
             seed: self.seed,
@@ -122,7 +125,7 @@ impl ScenarioFile {
         self.inverter.set(&mut scenario);
         self.inverter.apply_rules(&mut scenario.drive)?;
         self.inverter.apply_terminals(&mut scenario.drive.bridge, motor)?;
-        let hosted = self.detector.is_hosted(self.hosted)?;
+        let provider = self.detector.provider(self.hosted.as_ref())?;
         let library = self.detector.load_library(files)?;
         if let Some(library) = &library {
             DetectorTable::adopt_pwm(library, &mut scenario.drive, self.inverter.carrier.is_some())?;
@@ -150,7 +153,11 @@ impl ScenarioFile {
         }
         let maker = |library| self.detector.maker(library, &nameplate, &scenario.sensors);
         scenario.foreign = library.map(maker).transpose()?;
-        if scenario.foreign.is_none() && !hosted {
+        if let Some(provider) = provider {
+            let config = self.detector.config().map(|(key, value)| (key.clone(), value.clone())).collect();
+            let given = Given { nameplate, sensors: scenario.sensors, config };
+            scenario.hosted = Some(Hosted { provider: Arc::clone(provider), given: Arc::new(given) });
+        } else if scenario.foreign.is_none() {
             scenario.detector = Method::suited(self.detector.method(), &nameplate);
             self.detector.apply(&mut scenario.detector, nameplate.polarity_difference)?;
         }

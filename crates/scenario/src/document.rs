@@ -10,6 +10,7 @@ use toml::{Table, Value};
 
 pub use self::error::{FileError, Origin};
 use super::axes::AxisSpec;
+use super::hosted::Provider;
 use super::tables::ScenarioFile;
 
 /// A scenario file with its overrides.
@@ -20,8 +21,8 @@ pub struct Document {
     pub(super) table: Table,
     pub(super) changed: Vec<(String, Origin)>,
     files: Files,
-    /// True if the running program provides the class that `detector.python` names.
-    pub(super) hosted: bool,
+    /// The class that `detector.python` names, if the running program provides it.
+    pub(super) hosted: Option<Arc<dyn Provider>>,
 }
 
 /// Largest number of parts in the path of a key.
@@ -45,14 +46,7 @@ impl Document {
             message: syntax(text, &error),
         })?;
         let files = Files::of(file.parent().unwrap_or_else(|| Path::new("")));
-        Ok(Self {
-            file: file.to_owned(),
-            text: text.into(),
-            table,
-            changed: Vec::new(),
-            files,
-            hosted: false,
-        })
+        Ok(Self { file: file.to_owned(), text: text.into(), table, changed: Vec::new(), files, hosted: None })
     }
 
     /// Sets a key, such as `sensors.noise`, from text as it would stand in the file; a string needs no quotes.
@@ -213,7 +207,7 @@ impl Document {
     /// Parses the document into typed tables.
     pub fn load(&self) -> Result<ScenarioFile, FileError> {
         let mut file: ScenarioFile = self.read_as()?;
-        file.hosted = self.hosted;
+        file.hosted.clone_from(&self.hosted);
         Ok(file)
     }
 

@@ -15,8 +15,7 @@ use super::document::FileError;
 use super::keys::{DetectorTable, check};
 use crate::DriveSettings;
 
-/// The detector of a trial: of the scenario's method, or of a user's library.
-#[derive(Debug)]
+/// The detector of a trial: of the scenario's method, of a user's library, or of the running program.
 // Made once for a trial of many steps.
 #[allow(clippy::large_enum_variant)]
 pub enum Made<D> {
@@ -24,6 +23,8 @@ pub enum Made<D> {
     Own(Box<D>),
     /// Detector of the scenario's library.
     Foreign(Foreign),
+    /// Detector of the running program.
+    Hosted(Box<dyn Detector<f64>>),
 }
 
 impl<D> Made<D> {
@@ -63,6 +64,7 @@ impl<D: Detector<f64>> Detector<f64> for Made<D> {
         match self {
             Self::Own(detector) => detector.step(readings),
             Self::Foreign(detector) => detector.step(readings),
+            Self::Hosted(detector) => detector.step(readings),
         }
     }
 
@@ -70,6 +72,7 @@ impl<D: Detector<f64>> Detector<f64> for Made<D> {
         match self {
             Self::Own(detector) => detector.overdue(limit),
             Self::Foreign(detector) => detector.overdue(limit),
+            Self::Hosted(detector) => detector.overdue(limit),
         }
     }
 }
@@ -79,7 +82,7 @@ impl DetectorTable {
     pub(super) fn load_library(&self, files: &Files) -> Result<Option<Arc<Library>>, FileError> {
         const KEY: &str = "detector.library";
         let Some(library) = &self.library else {
-            return match self.config().next() {
+            return match self.config().next().filter(|_| self.python.is_none()) {
                 Some((key, _)) => Err(FileError::key(
                     &format!("detector.config.{key}"),
                     "a setting of a library",

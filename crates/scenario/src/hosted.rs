@@ -1,7 +1,16 @@
 //! A detector inside the running program, such as a Python class: the key `detector.python`.
 
+use std::fmt;
+use std::sync::Arc;
+
+use standstill_detect::Nameplate;
+use standstill_interface::{Detector, Fault, Findings, Outcome, Own, Step};
+use standstill_sim::{Ended, SensorSettings};
+use toml::Value;
+
 use super::document::{Document, FileError, Origin};
 use super::keys::{DetectorTable, Table};
+use crate::Record;
 
 /// Key under which the record of a run stores the name of the detector's class.
 const KEY: &str = "detector.python";
@@ -9,23 +18,90 @@ const KEY: &str = "detector.python";
 /// Origin of the key's value: the argument of the Python function.
 const ARGUMENT: Origin = Origin::Option("the argument `detector`");
 
+/// Keys of `[detector]` that reach a class: its own settings, what the drive tells it, and the bench's limit of time.
+const REACHING: [&str; 5] =
+    [KEY, "detector.config", "detector.signature", "detector.dead_time", "detector.time_limit"];
+
+/// Number of the reason of a detection that [`gave_up`]: one of the bench's, which are the last ones.
+const GAVE_UP: u32 = u32::MAX - 2;
+
+/// Maker of detectors that the running program has, such as those of a class of Python.
+pub trait Provider: fmt::Debug + Send + Sync {
+    /// Makes the detector of a trial. `seed`: for its own random numbers, drawn from the trial's.
+    fn detector(&self, given: &Arc<Given>, seed: u64, trial: u64) -> Box<dyn Detector<f64>>;
+}
+
+/// What a detector of the running program is given.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Given {
+    /// What the drive knows of the motor and of itself.
+    pub nameplate: Nameplate<f64>,
+    /// The drive's sensors and their converters.
+    pub sensors: SensorSettings,
+    /// The keys of `detector.config` with their values.
+    pub config: Vec<(String, Value)>,
+}
+
+/// A provider and what its detectors are given in a scenario.
+#[derive(Clone, Debug)]
+pub struct Hosted {
+    pub(crate) provider: Arc<dyn Provider>,
+    pub(crate) given: Arc<Given>,
+}
+
+impl PartialEq for Hosted {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.provider, &other.provider) && self.given == other.given
+    }
+}
+
+/// Returns the step of a detector that cannot go on, because its program has raised an error. A record that ends with it is void.
+pub fn gave_up() -> Step<f64> {
+    let fault = Fault::Own(Own { code: GAVE_UP, text: "the detector's program raised an error" });
+    Step::Done(Outcome::Failed { fault, findings: Findings::default() })
+}
+
+impl Record {
+    /// Returns whether the trial has no result, because its detector [`gave_up`].
+    pub fn is_void(&self) -> bool {
+        matches!(
+            self.run.ended,
+            Ended::Outcome(Outcome::Failed { fault: Fault::Own(Own { code: GAVE_UP, .. }), .. })
+        )
+    }
+}
+
 impl Document {
     /// Makes a class of the running program the detector. `class` is the name of the class in the record of the run:
     /// `module.Class@digest`.
     ///
     /// ```
-    /// use standstill_scenario::Document;
+    /// use standstill_interface::Detector;
+    /// use standstill_scenario::{Document, Given, Provider, gave_up};
+    /// use std::sync::Arc;
     ///
+    /// #[derive(Debug)]
+    /// struct Lines;
+    /// impl Detector<f64> for Lines {
+    ///     fn step(&mut self, _: &[standstill_interface::Reading<f64>]) -> standstill_interface::Step<f64> {
+    ///         gave_up()
+    ///     }
+    /// }
+    /// impl Provider for Lines {
+    ///     fn detector(&self, _: &Arc<Given>, _seed: u64, _trial: u64) -> Box<dyn Detector<f64>> {
+    ///         Box::new(Lines)
+    ///     }
+    /// }
     /// let mut document = Document::parse("s.toml".as_ref(), "[detector]\npython = \"own.Lines@1\"")?;
-    /// document.host("own.Lines@1")?;
-    /// let refused = document.host("own.Lines@2").unwrap_err().to_string();
+    /// document.host("own.Lines@1", &(Arc::new(Lines) as Arc<dyn Provider>))?;
+    /// let refused = document.host("own.Lines@2", &(Arc::new(Lines) as Arc<dyn Provider>)).unwrap_err().to_string();
     /// assert!(refused.contains("found \"own.Lines@1\", needed \"own.Lines@2\""), "{refused}");
     /// # Ok::<(), standstill_scenario::FileError>(())
     /// ```
     ///
     /// # Errors
     /// The scenario records another class, or another version of this class.
-    pub fn host(&mut self, class: &str) -> Result<(), FileError> {
+    pub fn host(&mut self, class: &str, provider: &Arc<dyn Provider>) -> Result<(), FileError> {
         if let Some(there) = self.get(KEY)
             && there.as_str() != Some(class)
         {
@@ -34,48 +110,100 @@ impl Document {
             return Err(self.refuse(KEY, &there.to_string(), &needed));
         }
         self.set_value(KEY, class.into(), ARGUMENT)?;
-        self.hosted = true;
+        self.hosted = Some(Arc::clone(provider));
         Ok(())
     }
 }
 
 impl DetectorTable {
-    /// Returns true if a class is the detector. `hosted`: whether the running program provides the class.
+    /// Returns the class that is the detector; none if a method or a library is. `hosted`: the class that the running program provides.
     ///
     /// # Errors
     /// The program does not provide the class, or settings are given with `detector.python` that do not reach the
     /// class.
-    pub(super) fn is_hosted(&self, hosted: bool) -> Result<bool, FileError> {
-        let Some(class) = &self.python else { return Ok(false) };
-        if !hosted {
+    pub(super) fn provider<'a>(
+        &self,
+        hosted: Option<&'a Arc<dyn Provider>>,
+    ) -> Result<Option<&'a Arc<dyn Provider>>, FileError> {
+        let Some(class) = &self.python else { return Ok(None) };
+        let Some(provider) = hosted else {
             let found = format!("\"{class}\", a class that this run does not have");
             let name = self.name().rsplit('.').next().unwrap_or_default();
             let needed = format!(
                 "`standstill.run(scenario, detector={name})` in Python, or no such key: then `detector.method` counts"
             );
             return Err(FileError::key(KEY, &found, &needed));
-        }
-        let other = self.set_values().find(|(key, _)| ![KEY, "detector.time_limit"].contains(&key.path));
+        };
+        let other = self.set_values().find(|(key, _)| !REACHING.contains(&key.path));
         if let Some((key, _)) = other {
             let found =
                 format!("a setting that does not reach the class {} (the argument `detector`)", self.name());
-            let needed = "either a table [detector] or the argument; beside it only `time_limit`";
+            let needed = "either a method's table [detector] or the argument; beside it only `config`, `signature`, `dead_time` and `time_limit`";
             return Err(FileError::key(key.path, &found, needed));
         }
-        Ok(true)
+        Ok(Some(provider))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use std::path::Path;
+    use std::sync::Mutex;
+
+    use standstill_interface::Reading;
 
     use super::*;
     use crate::Plan;
 
+    #[test]
+    fn law_a_class_is_given_the_drives_data_its_settings_and_a_seed() {
+        let text = "trials = 3\n[detector]\nsignature = \"inverted\"\nconfig = { gain = 2, name = \"a\" }\n\
+            [axes]\n\"detector.config.gain\" = [2, 3]\n[tolerances]\n\"motor.winding.resistance\" = { normal = \"5 %\" }";
+        let mut document = Document::parse(Path::new("s.toml"), text).expect("TOML");
+        let sees = Arc::new(Sees::default());
+        document.host("own.Lines@1", &(Arc::clone(&sees) as Arc<dyn Provider>)).expect("no other class");
+        let plan = Plan::new(document).expect("valid");
+        assert!(sees.0.lock().expect("no panic").is_empty(), "no detector is made before the first trial");
+        for point in 0..2 {
+            let single = plan.single(point, 1).expect("a trial").scenario;
+            let nominal = plan.scenario(point).expect("valid");
+            assert!(nominal.trial(1).expect("no settings").is_void());
+            // A drive does not know how far its motor is off its sheet.
+            assert_ne!(single.motor.resistance, nominal.motor.resistance);
+            assert!(single.trial(1).expect("no settings").is_void());
+        }
+        let seen = sees.0.lock().expect("no panic");
+        assert_eq!(seen.iter().map(|(_, _, trial)| *trial).collect::<Vec<_>>(), [1; 4]);
+        assert!(seen.iter().all(|(_, seed, _)| *seed == seen[0].1 && *seed > u64::from(u32::MAX)));
+        let gain = |k: usize| seen[k].0.config[0].1.as_integer();
+        assert_eq!([0, 1, 2, 3].map(gain), [Some(2), Some(2), Some(3), Some(3)]);
+        assert_eq!(seen[0].0, seen[1].0);
+        assert_eq!(seen[0].0.nameplate.signature, standstill_detect::Signature::Inverted);
+        assert_eq!(seen[0].0.nameplate.dc_link, 550.0);
+    }
+
+    /// Ends at once, after having seen what it is given.
+    #[derive(Debug, Default)]
+    struct Sees(Mutex<Vec<(Arc<Given>, u64, u64)>>);
+
+    struct Ends;
+
+    impl Detector<f64> for Ends {
+        fn step(&mut self, _: &[Reading<f64>]) -> Step<f64> {
+            gave_up()
+        }
+    }
+
+    impl Provider for Sees {
+        fn detector(&self, given: &Arc<Given>, seed: u64, trial: u64) -> Box<dyn Detector<f64>> {
+            self.0.lock().expect("no panic").push((Arc::clone(given), seed, trial));
+            Box::new(Ends)
+        }
+    }
+
     fn hosted(text: &str) -> Result<Plan, FileError> {
         let mut document = Document::parse(Path::new("s.toml"), text)?;
-        document.host("own.Lines@1")?;
+        document.host("own.Lines@1", &(Arc::new(Sees::default()) as Arc<dyn Provider>))?;
         Plan::new(document)
     }
 
@@ -106,11 +234,8 @@ mod tests {
             ("method", "\"bipolar\""),
             ("pulse", "\"80 us\""),
             ("polarity", "\"sequential\""),
-            ("signature", "\"normal\""),
-            ("dead_time", "\"2 us\""),
             ("library", "\"mine.so\""),
             ("call_timeout", "1"),
-            ("config", "{ a = 1 }"),
         ] {
             let error =
                 hosted(&format!("trials = 3\n[detector]\n{key} = {value}")).expect_err(key).to_string();
@@ -119,14 +244,10 @@ mod tests {
             );
             assert!(error.starts_with(&place), "{error}");
         }
-        // Nor as an axis or a tolerance, of which each would be another class or none.
-        for table in [
-            "[axes]\n\"detector.pulse\" = [\"40 us\", \"80 us\"]",
-            "[tolerances]\n\"detector.dead_time\" = { mean = \"2 us\", uniform = \"1 us\" }",
-        ] {
-            let error = hosted(table).expect_err(table).to_string();
-            assert!(error.contains("does not reach the class own.Lines"), "{error}");
-        }
+        // Nor as an axis.
+        let error =
+            hosted("[axes]\n\"detector.pulse\" = [\"40 us\", \"80 us\"]").expect_err("no such setting");
+        assert!(error.to_string().contains("does not reach the class own.Lines"), "{error}");
         let error =
             hosted("[axes]\n\"detector.python\" = [\"a\", \"b\"]").expect_err("one class").to_string();
         assert!(error.contains("`axes.detector.python`: found a key of the run itself"), "{error}");

@@ -71,6 +71,7 @@ pub use units::{schema, unit};
 pub use axes::{DesignTable, RangeSpec};
 #[doc(hidden)]
 pub use foreign::Made;
+pub use hosted::{Given, Hosted, Provider, gave_up};
 #[doc(hidden)]
 pub use keys::{DetectorTable, InverterTable, RotorTable, SensorsTable, StopTable};
 #[doc(hidden)]

@@ -283,14 +283,16 @@ impl Plan {
     ) -> Result<Scenario<Method<f64>>, FileError> {
         let of_detector: Vec<(String, Value)> =
             drawn.iter().filter(|(key, _)| key.starts_with("detector.")).cloned().collect();
-        let (detector, foreign) = match nominal {
-            Some(nominal) if of_detector.is_empty() => (nominal.detector, nominal.foreign.clone()),
+        let (detector, foreign, hosted) = match nominal {
+            Some(nominal) if of_detector.is_empty() => {
+                (nominal.detector, nominal.foreign.clone(), nominal.hosted.clone())
+            }
             _ => {
                 let nominal = self.at(point, &of_detector)?;
-                (nominal.detector, nominal.foreign)
+                (nominal.detector, nominal.foreign, nominal.hosted)
             }
         };
-        Ok(Scenario { detector, foreign, ..self.at(point, drawn)? })
+        Ok(Scenario { detector, foreign, hosted, ..self.at(point, drawn)? })
     }
 
     /// Checks the extremes of the values that trials will draw for each key, so that an invalid value is reported before the

@@ -16,7 +16,7 @@ use standstill_sim::{
 use crate::errors::{dc_link, device_kind};
 use crate::known::{nameplate, sources};
 use crate::side_by_side::side_by_side;
-use crate::{DriveSettings, ErrorSet, FaultSettings, Made, Record, TrialError, faults};
+use crate::{DriveSettings, ErrorSet, FaultSettings, Hosted, Made, Record, TrialError, faults};
 
 /// A scenario: one motor, one kind of drive, and one method with its settings `S`.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,6 +46,8 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub detector: S,
     /// Maker of the detectors of a library, which replace the method; none: the method's detectors run.
     pub foreign: Option<Maker>,
+    /// Maker of the detectors of the running program, which replace the method; none: the method's or the library's detectors run.
+    pub hosted: Option<Hosted>,
     /// Longest simulated time that a detection may take.
     pub time_limit: Nanos,
     /// Numerical tolerance of the integrator.
@@ -129,6 +131,7 @@ impl<S: Settings<f64>> Scenario<S> {
             faults: Vec::new(),
             detector,
             foreign: None,
+            hosted: None,
             time_limit: Case::TIME_LIMIT,
             seed,
         }
@@ -167,13 +170,16 @@ impl<S: Settings<f64>> Scenario<S> {
 
     /// Checks that a detector can be made. A library that is loaded only in other processes is checked there.
     pub(crate) fn try_detector(&self) -> Result<(), SettingsError> {
+        if self.hosted.is_some() {
+            return Ok(());
+        }
         match &self.foreign {
             Some(foreign) if !foreign.library().is_here() => Ok(()),
             _ => self.made(&self.case(0), None).map(|_| ()),
         }
     }
 
-    /// Makes the detector for a case of this scenario: the method's, or the library's with the seed of the case.
+    /// Makes the detector for a case of this scenario: the method's, or the library's or the running program's with the seed of the case.
     ///
     /// # Errors
     /// The detector cannot work with its settings, or the library refuses them with a message.
@@ -184,16 +190,24 @@ impl<S: Settings<f64>> Scenario<S> {
     /// Makes the detector of a case. `trial`: number of the trial, which a library receives; none for a check without a
     /// trial.
     fn made(&self, case: &Case, trial: Option<u64>) -> Result<Made<S::Detector>, SettingsError> {
-        let Some(foreign) = &self.foreign else {
-            return self.detector.detector().map(Box::new).map(Made::Own);
+        let drawn = || {
+            let mut draws = case.streams.open(Purpose::Detector);
+            // A draw has 48 bits.
+            let [high, low] = [(); 2].map(|()| draws.integer(u64::from(u32::MAX)));
+            (high << 32 | low, draws)
         };
-        let mut draws = case.streams.open(Purpose::Detector);
-        // A draw has 48 bits.
-        let [high, low] = [(); 2].map(|()| draws.integer(u64::from(u32::MAX)));
-        let seed = high << 32 | low;
-        let task_at = if foreign.has_task() { draws.uniform() } else { 0.0 };
-        let detector = foreign.detector(seed, task_at, trial);
-        detector.map(Made::Foreign).map_err(|refused| SettingsError::own(kept(&refused)))
+        match (&self.hosted, &self.foreign) {
+            (Some(Hosted { provider, given }), _) => {
+                Ok(Made::Hosted(provider.detector(given, drawn().0, trial.unwrap_or_default())))
+            }
+            (None, Some(foreign)) => {
+                let (seed, mut draws) = drawn();
+                let task_at = if foreign.has_task() { draws.uniform() } else { 0.0 };
+                let detector = foreign.detector(seed, task_at, trial);
+                detector.map(Made::Foreign).map_err(|refused| SettingsError::own(kept(&refused)))
+            }
+            (None, None) => self.detector.detector().map(Box::new).map(Made::Own),
+        }
     }
 
     /// Returns the case of a trial: a rotor angle, and a specimen of the drive and its sensors.

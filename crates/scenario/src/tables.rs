@@ -2,6 +2,7 @@
 //! method and motor.
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
@@ -12,6 +13,7 @@ use toml::Value;
 
 use super::axes::{AxisSpec, DesignTable, Point, count, points};
 use super::document::FileError;
+use super::hosted::Provider;
 use super::keys::{DetectorTable, InverterTable, RotorTable, SensorsTable, StopTable};
 use super::motor::MotorSpec;
 use super::named::Named;
@@ -57,9 +59,9 @@ pub struct ScenarioFile {
     /// Faults of motor, inverter, sensors and software, with which the trials run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<FaultTable>,
-    /// True if the program that runs the trials has the class of Python that `detector.python` names.
+    /// The class of Python that `detector.python` names, if the program that runs the trials has it.
     #[serde(skip)]
-    pub(super) hosted: bool,
+    pub(super) hosted: Option<Arc<dyn Provider>>,
     /// Keys that are varied, such as `"sensors.noise"`.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub axes: IndexMap<String, AxisSpec>,

@@ -8,7 +8,7 @@ use super::journal::{JournalError, Keep};
 use super::row::Row;
 use crate::NUMERICS;
 use crate::engine::Engine;
-use standstill_scenario::{FileError, Note, Plan};
+use standstill_scenario::{FileError, Note, Plan, Record};
 use thiserror::Error;
 
 /// A plan, or a shard of it.
@@ -100,7 +100,9 @@ impl Sweep<'_> {
                 block.iter().zip(&known).filter(|(_, row)| row.is_none()).map(|(place, _)| *place).collect();
             let (records, outcome) =
                 if unknown.is_empty() { (Vec::new(), Ok(())) } else { engine.block(&unknown, stop) };
-            let mut records = records.iter().map(Row::from);
+            // A detector whose program raised an error has no result, and ends the run.
+            let ends = records.iter().any(Record::is_void);
+            let mut records = records.iter().take_while(|record| !record.is_void()).map(Row::from);
             // Up to the first that is not there.
             let rows: Vec<Row> = known.into_iter().map_while(|row| row.or_else(|| records.next())).collect();
             journal.append(&rows)?;
@@ -108,6 +110,9 @@ impl Sweep<'_> {
                 progress(*point, &rows);
             }
             outcome?;
+            if ends {
+                break;
+            }
         }
         journal.sync()?;
         Ok(journal.walk().is_done())

@@ -1,6 +1,5 @@
 //! `standstill run` and `standstill sweep`: run the trials of a scenario file and write the results into files.
 
-pub mod by_host;
 mod earlier;
 pub mod isolated;
 mod opening;

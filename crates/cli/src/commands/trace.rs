@@ -84,6 +84,9 @@ pub fn run(options: &Options) -> Result<Report, Error> {
 
     let case = single.case();
     let (record, watched, trace) = single.scenario.traced(&case, true, f64::INFINITY)?;
+    if record.is_void() {
+        return Err(Error::Arguments("the detector's program raised an error".to_owned()));
+    }
     if let Some(host) = &host {
         for table in TraceTable::of(&trace) {
             let mut columns = Columns::new(table.columns(&trace));

@@ -3,12 +3,15 @@
 //! Commands find their host by the thread in which they run. With a host they install no interrupt handler, read the
 //! text of their scenario from the host, and store the tables of their results in it.
 
+pub mod keywords;
+
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use indicatif::{ProgressBar, ProgressDrawTarget};
+use standstill_scenario::Provider;
 use standstill_table::Columns;
 
 use crate::shell::locked;
@@ -46,6 +49,9 @@ pub struct Host {
     pub files: bool,
     /// Whether progress is shown on a terminal.
     pub bars: bool,
+    /// Detector of all scenarios, in place of their methods: its class as the record of a run has it
+    /// (`module.Class@digest`), and the maker of its objects.
+    pub detector: Option<(String, Arc<dyn Provider>)>,
     stop: Arc<AtomicBool>,
     bar: Mutex<Option<ProgressBar>>,
     tables: Mutex<Vec<(String, Columns)>>,

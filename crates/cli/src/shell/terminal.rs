@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use console::{Style, Term, measure_text_width};
 use standstill_report::page::Tone;
 
-use super::host;
+use super::host::{self, keywords::keywords};
 use crate::error::Error;
 
 /// Width in characters if there is no terminal.
@@ -78,6 +78,7 @@ pub fn write(text: &str) -> std::io::Result<()> {
 
 /// Writes a line to standard error and ignores failures.
 pub fn tell(line: &str) {
+    let line = if host::current().is_some() { keywords(line) } else { line.to_owned() };
     let _ = std::io::Write::write_fmt(
         &mut std::io::stderr(),
         format_args!("{}", for_reading_of_errors(format!("standstill: {line}\n"))),
