@@ -14,6 +14,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use standstill_campaign::{Estimate, Statistics, one_sided_bounds};
 use standstill_detect::Method;
+use standstill_interface::{Fault, Outcome};
+use standstill_numeric::{ln, ln_1p, whole};
 use standstill_quantity::Quantity;
 use standstill_scenario::{
     Document, FaultMode, FileError, Origin, Plan, Record, Scenario, ScenarioFile, Verdict,
@@ -72,6 +74,30 @@ pub(crate) fn is_detected(record: &Record) -> bool {
     }
 }
 
+/// Returns the name of the check that ended a start without an answer. A check has one name, whichever way the rotor
+/// seems to turn.
+fn reason(record: &Record) -> String {
+    match record.run.ended {
+        _ if has_tripped(record) => "overcurrent".to_owned(),
+        Ended::Outcome(Outcome::Failed { fault: Fault::RotorTurns { speed, allowed, .. }, .. }) => {
+            Fault::RotorTurns { speed, allowed, way: None }.name().to_owned()
+        }
+        _ => record.reason_name().unwrap_or_default(),
+    }
+}
+
+/// Returns the number of starts that show, if none of them has an event, that its probability is at most this share: the
+/// upper end of the one-sided 95 % interval of none in n is 1 − 0.05^(1/n).
+///
+/// ```
+/// use standstill_analysis::faults::trials_that_show;
+///
+/// assert_eq!([1e-3, 0.5].map(trials_that_show), [2995, 5]);
+/// ```
+pub fn trials_that_show(most: f64) -> u64 {
+    whole((ln(0.05) / ln_1p(-most)).ceil())
+}
+
 /// A start with a dangerous answer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Worst {
@@ -119,6 +145,16 @@ impl Counts {
         self.unanswered.values().sum()
     }
 
+    /// Returns the number of starts with a dangerous answer, although the checks are on.
+    pub const fn undetected(&self) -> u64 {
+        self.wrong_pole + self.beyond
+    }
+
+    /// Returns the upper end of the one-sided 95 % interval of the probability of a dangerous answer.
+    pub fn undetected_bound(&self) -> f64 {
+        one_sided_bounds(self.undetected(), self.trials)[1]
+    }
+
     /// Returns the upper end of the one-sided 95 % interval of the probability of a wrong pole.
     pub fn wrong_pole_bound(&self) -> f64 {
         one_sided_bounds(self.wrong_pole, self.trials)[1]
@@ -147,9 +183,7 @@ impl Counts {
         let (answered, detected) = (with.verdict() == Verdict::Found, is_detected(with));
         self.errors += u64::from(!answered && !detected);
         if detected {
-            let name =
-                if tripped { "overcurrent".to_owned() } else { with.reason_name().unwrap_or_default() };
-            *self.unanswered.entry(name).or_default() += 1;
+            *self.unanswered.entry(reason(with)).or_default() += 1;
             self.undetermined += u64::from(with.verdict() == Verdict::Undetermined);
             self.reaction += with.run.duration.seconds();
         }

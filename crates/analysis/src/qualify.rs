@@ -93,9 +93,14 @@ impl Case {
 
     /// Returns the options that put the case into a scenario, as on the command line.
     pub fn options(&self) -> Vec<String> {
-        let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-        let settings = self.settings.iter().map(|(key, value)| format!("{key}={}", text(value)));
-        settings.chain(self.fault.iter().flat_map(Entry::arguments)).collect()
+        texts(&self.settings).into_iter().chain(self.fault.iter().flat_map(Entry::arguments)).collect()
+    }
+
+    /// Returns the condition of a dangerous answer in words.
+    pub fn danger(&self) -> String {
+        let half = self.plan.scenario(0).ok().and_then(|scenario| scenario.detector.half_sector());
+        let what = if half.is_some() { "beyond the sector" } else { "off" };
+        format!("more than {}° {what}, or with the wrong pole", self.allowed.error_deg)
     }
 
     /// Returns the case's plan.
@@ -165,6 +170,12 @@ impl Case {
     }
 }
 
+/// Returns settings as on the command line: `key=value`.
+fn texts(settings: &[(String, Value)]) -> Vec<String> {
+    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    settings.iter().map(|(key, value)| format!("{key}={}", text(value))).collect()
+}
+
 /// Returns the number of trials of the look after this one.
 fn next(look: u64) -> u64 {
     whole::<u64>(look as f64 * MORE).max(FIRST)
@@ -204,7 +215,11 @@ impl Qualification {
             hear(self, number);
             self.cases[number].judge(watch, is_asked)?;
             if let Some(effort) = self.requirements.odds {
-                rare::decide(&mut self.cases[number], &self.requirements, effort, watch, is_asked)?;
+                // Odds do not change the verdict on a requirement that failed by trials.
+                let count = self.requirements.list.len();
+                let failed: Vec<bool> = (0..count).map(|of| self.verdict(of) == Verdict::Failed).collect();
+                let is_open = |of: usize| is_asked(of) && !failed[of];
+                rare::decide(&mut self.cases[number], &self.requirements, effort, watch, &is_open)?;
             }
         }
         Ok(())

@@ -55,7 +55,8 @@ impl fmt::Display for Alarm {
             ),
             Self::Unread(mean) => write!(
                 f,
-                "draws that nothing reads have a mean of {mean:.2} standard deviations: few independent states are left"
+                "draws that nothing reads have a mean of {mean:.2} standard deviations, and should have none: few independent states are left; \
+                 more effort leaves more"
             ),
             Self::Ancestors(count) => {
                 write!(
@@ -66,7 +67,7 @@ impl fmt::Display for Alarm {
             Self::Missed { runs, of } => write!(f, "{runs} of {of} runs did not reach the event"),
             Self::Flat => write!(
                 f,
-                "nothing says how near a start is to the event, or that is clipped or coarsely quantised: these are plain \
+                "no quantity shows how near a start is to the event, or the quantity is clipped or coarsely quantised: the answer counts plain \
                  trials"
             ),
             Self::Constant => write!(
@@ -76,8 +77,8 @@ impl fmt::Display for Alarm {
             ),
             Self::TooRare { level, at_most } => write!(
                 f,
-                "not reached: the runs gave up at {level:.0e}. If they missed no part of the event, as every answer of runs assumes, it has a \
-                 probability of at most {at_most:.1e}; the bound above assumes nothing: it is what their plain trials carry"
+                "not reached: the runs gave up at {level:.0e}. The bound is that of the plain trials and holds in any case. If the runs \
+                 missed no part of the event, which nothing proves, its probability is at most {at_most:.1e}"
             ),
             Self::Errors(count) => {
                 write!(f, "{count} simulations could not go on and count as starts without the event")

@@ -77,13 +77,25 @@ pub struct Claim {
 }
 
 impl Claim {
-    /// Returns the verdict from subset simulation if there is one, else from plain trials.
+    /// Returns the verdict from subset simulation if it reached the event, else from plain trials.
     pub fn verdict(&self) -> Verdict {
-        let found = self.rare.as_ref().map_or(self.plain, |rare| rare.verdict);
+        let found = match &self.rare {
+            Some(rare) if rare.plain.is_some() => self.shown(),
+            Some(rare) => rare.verdict,
+            None => self.plain,
+        };
         match (&self.open, found) {
             (Some(_), Verdict::Passed) => Verdict::NotShown,
             (_, found) => found,
         }
+    }
+
+    /// Returns the number of starts that count against the claim, and of those that it concerns: its own, and the plain
+    /// trials of a subset simulation that did not reach the event. They are further trials of the same event, so the
+    /// sequential test goes on with them at the same probability of error.
+    pub fn counts(&self) -> [u64; 2] {
+        let [cases, of] = self.rare.as_ref().and_then(|rare| rare.plain).unwrap_or_default();
+        [self.seen.cases + cases, self.seen.of + of]
     }
 
     fn share(&self, most: f64) -> Share {
@@ -112,7 +124,7 @@ impl Claim {
                 [value, low, high].map(|square| LARGEST_DEG * square.sqrt())
             }
             Claimed::Share(_, _, most) | Claimed::Undetected(most) => {
-                let (cases, of) = (self.seen.cases, self.seen.of);
+                let [cases, of] = self.counts();
                 let [low, high] = self.share(most).interval(cases, of);
                 [cases as f64 / of as f64, low, high]
             }
@@ -125,7 +137,8 @@ impl Claim {
         match self.claimed {
             Claimed::Rms(most) => self.mean(most).trials_needed(&self.seen.squares),
             Claimed::Share(_, _, most) | Claimed::Undetected(most) => {
-                let rate = self.seen.cases as f64 / (self.seen.of as f64).max(1.0);
+                let [cases, of] = self.counts();
+                let rate = cases as f64 / (of as f64).max(1.0);
                 let needed = self.share(most).trials_needed(rate)?;
                 // Of all starts, only some are those that it is about.
                 let part = self.trials as f64 / (self.seen.of as f64).max(1.0);
@@ -136,17 +149,21 @@ impl Claim {
 
     /// Decides the claim if the results so far suffice.
     pub(super) fn look(&mut self) {
+        self.plain = self.shown();
+    }
+
+    /// Returns the verdict of all plain trials.
+    fn shown(&self) -> Verdict {
+        let [cases, of] = self.counts();
         let shown = match self.claimed {
             Claimed::Rms(most) => self.mean(most).shown(&self.seen.squares),
-            Claimed::Share(_, _, most) | Claimed::Undetected(most) => {
-                self.share(most).shown(self.seen.cases, self.seen.of)
-            }
+            Claimed::Share(_, _, most) | Claimed::Undetected(most) => self.share(most).shown(cases, of),
         };
-        self.plain = match shown {
+        match shown {
             Some(true) => Verdict::Passed,
             Some(false) => Verdict::Failed,
             None => Verdict::NotShown,
-        };
+        }
     }
 
     /// Returns true if trials may still decide the claim.
@@ -166,7 +183,7 @@ impl Seen {
         let silent = demand::is_unanswered(record);
         let counts = match claimed {
             Claimed::Rms(_) => {
-                let miss = if silent { None } else { record.axis_miss_deg() }.unwrap_or(LARGEST_DEG);
+                let miss = if silent { None } else { record.axis_error_deg() }.unwrap_or(LARGEST_DEG);
                 self.squares.push(square(miss));
                 self.of += 1;
                 if self.worst.is_none_or(|(_, worst)| miss.abs() > worst.abs()) {

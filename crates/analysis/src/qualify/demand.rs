@@ -25,8 +25,7 @@ pub enum Bad {
     Unanswered,
     /// The start found the wrong pole.
     WrongPole,
-    /// The angle, pole included, is off by more than this in degrees. If the answer is a sector, the error counts from
-    /// its border.
+    /// The angle, pole included, is off by more than this in degrees. The angle of a sector is its middle.
     Angle(f64),
     /// The axis is off by more than this in degrees.
     Axis(f64),
@@ -126,6 +125,10 @@ impl Demand {
                 // A sector that is not named is not the right one.
                 LimitedMeasure::Share { bad: Bad::WrongSector, .. } | LimitedMeasure::Coverage(_) => {}
                 // With a fault no answer is the right answer.
+                LimitedMeasure::Share { bad: Bad::Unanswered, .. } => {
+                    let needed = "a limit of wrong answers, such as `P(wrong_pole) <= 0.1 %`, or a coverage: with a fault no answer is the right answer";
+                    return Err((format!("`{rest}`"), needed.to_owned()));
+                }
                 LimitedMeasure::Share { or_unanswered, .. } => *or_unanswered = false,
                 LimitedMeasure::Rms(_) => {
                     let needed = "a limit of which a start without an answer is no breach, such as `p95 <= 2 deg`: with a fault no answer is the right answer";
@@ -265,8 +268,8 @@ impl Bad {
         match self {
             Self::Unanswered => is_unanswered(record),
             Self::WrongPole => record.pole_correct() == Some(false),
-            Self::Angle(most) => beyond(record.miss_deg(), most),
-            Self::Axis(most) => beyond(record.axis_miss_deg(), most),
+            Self::Angle(most) => beyond(record.error_deg(), most),
+            Self::Axis(most) => beyond(record.axis_error_deg(), most),
             Self::WrongSector => beyond(record.miss_deg(), 0.0),
             Self::Moved(most) => record.rotor_moved_deg() > most,
             Self::Current(most) => record.run.peak_current > most.amperes(rated),
@@ -375,6 +378,7 @@ mod tests {
             ("P(wrong_pole) <= 0", "`0`", "above 0 and below 1"),
             ("P(wrong_pole) <= 3e-16", "`3e-16`", "at least 1e-12"),
             ("faults.phase-open: rms <= 1 deg", "rms", "no answer is the right answer"),
+            ("faults.phase-open: P(failed) <= 1 %", "`P(failed) <= 1 %`", "no answer is the right answer"),
             ("P(wrong_pole) <= 100 %", "`100 %`", "above 0 and below 1"),
             ("P(wrongpole) <= 1 %", "did you mean `wrong_pole`", "undetermined"),
             ("P(speed > 3) <= 1 %", "`speed`", "`moved > 2 deg`"),

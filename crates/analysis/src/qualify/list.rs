@@ -5,13 +5,13 @@ use std::path::Path;
 use serde::Deserialize;
 use standstill_interface::Choice as _;
 use standstill_plant::Source;
-use standstill_quantity::Quantity;
 use standstill_quantity::unit::Share;
+use standstill_quantity::{Quantity, rounded};
 use standstill_scenario::{Document, FileError, Origin, Plan};
 use toml::{Table, Value};
 
-use super::Case;
 use super::demand::{Bad, Demand, LimitedMeasure};
+use super::{Case, texts};
 use crate::Demands;
 use crate::faults::{Allowed, Entry};
 use crate::subset::Effort;
@@ -200,7 +200,8 @@ impl Requirements {
         if let Some(mode) = requirement.demand.fault {
             let scenario = plan.scenario(0).map_err(place)?;
             if let Some(needed) = mode.lacks_usual(&scenario) {
-                let found = format!("the fault {}, which this drive cannot have", mode.name());
+                let found =
+                    format!("the fault {}, which this drive{} cannot have", mode.name(), with(&settings));
                 return Err(self.document.refuse(&key(number, "limit"), &found, needed));
             }
             let fault = Entry::usual(mode, &scenario, plan.file().faults.len());
@@ -221,46 +222,71 @@ impl Requirements {
         let refuse =
             |found: String, needed: &str| Err(self.document.refuse(&key(number, "limit"), &found, needed));
         let method = case.plan.file().detector.name();
-        match self.list[number].demand.what {
-            LimitedMeasure::Coverage(_) if case.without.is_none() => {
-                let found = format!("a coverage of {method}, which has no checks that could be switched off");
-                refuse(
-                    found,
-                    "a method with `detector.checks`, such as bipolar, or `P(wrong_pole)` with the fault",
-                )
-            }
-            LimitedMeasure::Share { bad: Bad::WrongSector, .. } => {
-                let scenario = case.plan.scenario(0)?;
-                if scenario.foreign.is_some() || scenario.detector.half_sector().is_some() {
-                    return Ok(());
-                }
-                refuse(
-                    format!("right_sector of {method}, whose answers are angles"),
-                    "a limit of `|e|`, or a method that names sectors",
-                )
-            }
+        let scenario = case.plan.scenario(0)?;
+        let is_foreign = scenario.foreign.is_some();
+        let half = scenario.detector.half_sector().filter(|_| !is_foreign);
+        let place = with(&case.settings);
+        match (self.list[number].demand.what, half) {
+            (LimitedMeasure::Coverage(_), _) if case.without.is_none() => refuse(
+                format!("a coverage of {method}, which has no checks that could be switched off{place}"),
+                "a method with `detector.checks`, such as bipolar, or `P(wrong_pole)` with the fault",
+            ),
+            (LimitedMeasure::Share { bad: Bad::WrongSector, .. }, None) if !is_foreign => refuse(
+                format!("right_sector of {method}, whose answers are angles{place}"),
+                "a limit of `|e|`, or a method that names sectors",
+            ),
+            (
+                LimitedMeasure::Rms(_) | LimitedMeasure::Share { bad: Bad::Angle(_) | Bad::Axis(_), .. },
+                Some(half),
+            ) => refuse(
+                format!(
+                    "an angle of {method}, which names sectors of ±{}°{place}",
+                    rounded(half.degrees(), 0)
+                ),
+                "`right_sector >= 99 %`, or a method whose answers are angles",
+            ),
+            (LimitedMeasure::Share { bad: Bad::WrongPole, .. }, _) if !scenario.motor.has_magnet() => refuse(
+                format!("wrong_pole of {}, which has no magnet and so no poles{place}", scenario.motor.name),
+                "a limit of its axis, such as `P(|e| > 5 deg) <= 1 %`",
+            ),
             _ => Ok(()),
         }
     }
 
-    /// Moves an error in a case to the line of the requirement, if the error concerns a key that the requirement sets.
+    /// Moves an error in a case to the line of the requirement: to the condition that sets the wrong key, or, if keys
+    /// do not fit each other, to the requirement, with its conditions.
     fn under(&self, number: usize, settings: &[(String, Value)], error: FileError) -> FileError {
+        let FileError::Key { key: wrong, .. } = &error else {
+            return self.document.locate(FileError::Key {
+                place: String::new(),
+                key: key(number, "id"),
+                message: error.to_string(),
+            });
+        };
+        if settings.is_empty() {
+            return error;
+        }
         let of =
             |key: &str| settings.iter().any(|(set, _)| key == set || key.starts_with(&format!("{set}.")));
-        let at = match &error {
-            FileError::Key { key: wrong, .. } => {
-                let mut over = self.list[number].over.iter();
-                match over.find(|(_, keys, _)| keys.contains(wrong)) {
-                    Some((name, ..)) => name,
-                    None if of(wrong) => "over",
-                    None => return error,
-                }
-            }
-            _ => "id",
+        let mut over = self.list[number].over.iter();
+        let (at, message) = match over.find(|(_, keys, _)| keys.contains(wrong)) {
+            Some((name, ..)) => (name.as_str(), error.to_string()),
+            None if of(wrong) => ("over", error.to_string()),
+            None => (
+                "limit",
+                format!("requirement {} is judged{}; {error}", self.list[number].id, with(settings)),
+            ),
         };
-        let (key, message) = (key(number, at), error.to_string());
-        self.document.locate(FileError::Key { place: String::new(), key, message })
+        self.document.locate(FileError::Key { place: String::new(), key: key(number, at), message })
     }
+}
+
+/// Returns the settings of a case as a phrase; empty for the scenario as it is.
+fn with(settings: &[(String, Value)]) -> String {
+    if settings.is_empty() {
+        return String::new();
+    }
+    format!(" with {}", texts(settings).join(", "))
 }
 
 /// Returns the path of a key of a requirement.
@@ -291,6 +317,10 @@ impl Requirement {
             |name: &str, found: &str, needed: &str| document.refuse(&key(number, name), found, needed);
         if table.id.trim().is_empty() || table.id.chars().any(char::is_control) {
             return Err(refuse("id", &format!("{:?}", table.id), "a name in a line, such as \"START-1\""));
+        }
+        if table.text.trim().is_empty() {
+            let needed = "the requirement in words, for the page to sign";
+            return Err(refuse("text", &format!("{:?}", table.text), needed));
         }
         let demand = Demand::parse(&table.limit)
             .map_err(|(found, needed)| refuse("limit", &format!("{found} in `{}`", table.limit), &needed))?;

@@ -6,7 +6,7 @@ use standstill_scenario::FileError;
 
 use super::{Case, Requirements, Verdict};
 use crate::subset::{Effort, Settings};
-use crate::{Anatomy, Event, Halt, Odds, RUNS, Sector, Trials, Watch};
+use crate::{Alarm, Anatomy, Event, Halt, Odds, RUNS, Sector, Trials, Watch};
 
 /// Result of subset simulation (`odds`) for a claim. Its interval is estimated from the scatter between runs and has no
 /// guaranteed coverage, unlike the intervals of plain trials.
@@ -26,6 +26,9 @@ pub struct Rare {
     pub triggers: Vec<Sector>,
     /// Verdict on the claim according to this probability.
     pub verdict: Verdict,
+    /// If no run reached the event: the number of plain trials with the event, and of all plain trials. They count as
+    /// the claim's own trials do.
+    pub plain: Option<[u64; 2]>,
 }
 
 impl Rare {
@@ -44,7 +47,13 @@ impl Rare {
             () if ends[0] > most => Verdict::Failed,
             () => Verdict::NotShown,
         };
-        Self { event, probability: odds.probability, ends, trials: odds.trials, alarms, triggers, verdict }
+        // Each of these trials is counted, whatever the runs found: nothing is selected.
+        let gave_up = odds.alarms.iter().any(|alarm| matches!(alarm, Alarm::TooRare { .. }));
+        let whole = !odds.alarms.iter().any(|alarm| matches!(alarm, Alarm::Errors(_)));
+        let hits = odds.runs.iter().map(|run| u64::from(run.plain_hits)).sum();
+        let plain = (gave_up && whole).then_some([hits, odds.plain]);
+        let probability = odds.probability;
+        Self { event, probability, ends, trials: odds.trials, alarms, triggers, verdict, plain }
     }
 }
 

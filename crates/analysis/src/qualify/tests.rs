@@ -1,3 +1,5 @@
+mod honest;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Mutex;
@@ -252,6 +254,10 @@ fn regress_mistakes_in_a_list_are_named_by_line() {
             &["line 1", "`confidence`", "found 1", "below 100 %"],
         ),
         (
+            list("[[requirement]]\nid = \"B\"\ntext = \" \"\nlimit = \"rms <= 1 deg\""),
+            &["line 8", "requirement[1].text", "the requirement in words"],
+        ),
+        (
             format!("odds = \"quik\"\n{}", list("")),
             &["line 1", "`odds`", "`quik`", "off, quick, normal, high"],
         ),
@@ -286,6 +292,27 @@ fn regress_what_the_scenario_cannot_have_is_named_by_the_requirements_line() {
             &["line 5", "requirement[0].temperatures", "rotor.winding_temperature"],
         ),
         ("right_sector >= 99 %", "", &["line 4", "requirement[0].limit", "bipolar", "sectors"]),
+        (
+            "P(wrong_pole) <= 1 %",
+            "motors = [\"reluctance-6k7\"]",
+            &["line 4", "requirement[0].limit", "no magnet", "motor=reluctance-6k7", "P(|e| > 5 deg)"],
+        ),
+        (
+            "rms <= 1 deg",
+            "over.\"sensors.arrangement\" = [\"three-in-line\", \"none\"]",
+            &[
+                "r.toml: line 4",
+                "requirement[0].limit",
+                "requirement A",
+                "sensors.arrangement=none",
+                "detector.method",
+            ],
+        ),
+        (
+            "faults.currents-swapped: P(wrong_pole) <= 1 %",
+            "over.\"sensors.arrangement\" = [\"three-in-line\", \"dc-link-shunt\"]",
+            &["r.toml: line 4", "currents-swapped", "sensors.arrangement=dc-link-shunt"],
+        ),
         (
             "faults.link-capacitor-aged: P(wrong_pole) <= 1 %",
             "",

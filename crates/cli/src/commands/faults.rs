@@ -2,6 +2,8 @@
 //! detected.
 
 mod rates;
+mod refused;
+mod words;
 
 use serde_json::json;
 use standstill_analysis::faults::{Allowed, Counts, Entry, study};
@@ -9,7 +11,6 @@ use standstill_campaign::Estimate;
 use standstill_detect::MethodName;
 use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::{Document, FaultMode, Origin, Plan, ScenarioFile};
-use standstill_sim::MOST_FAULTS;
 
 use self::rates::Rates;
 use super::question::{Asked, again, document, plan_of, setting};
@@ -32,6 +33,8 @@ struct Row {
     counts: Counts,
     /// True if the method has checks that can be switched off.
     has_checks: bool,
+    /// True if the method's answers are sectors, so that errors count from their borders.
+    in_sectors: bool,
 }
 
 /// A fault that is not studied, and the reason.
@@ -53,8 +56,9 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         [] => vec![None],
         given => each_once(given.iter().copied()).into_iter().map(Some).collect(),
     };
-    has_room(options, &plan)?;
+    refused::has_room(options, &plan)?;
     let (entries, left) = entries(options, &plan);
+    refused::are_studied(options, &entries, &left, rates.as_ref())?;
     let count = (entries.len() * methods.len()) as u64 * trials;
     let names = |of: Vec<&str>| (!of.is_empty()).then(|| of.join(", "));
     let named = [
@@ -76,6 +80,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
                 by_name: *method,
                 counts: Counts::default(),
                 has_checks: plans.1.is_some(),
+                in_sectors: plans.0.scenario(0)?.detector.half_sector().is_some(),
             };
             studies.push((row, plans));
         }
@@ -103,30 +108,15 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     } else {
         own.replacen(&between(file.detector.name()), &between(&names.join(" and ")), 1)
     };
-    let answer = answer(of_scenario, &again(question), (&rows, rates.as_ref()), &left, allowed);
+    let subject = Subject {
+        asked: again(question),
+        rates: rates.as_ref(),
+        allowed,
+        has_magnet: scenario.motor.has_magnet(),
+        has_poles: scenario.motor.has_magnet() && !plan.pole_is_open(),
+    };
+    let answer = answer(of_scenario, &subject, &rows, &left);
     asked.answer(&scenario, answer)
-}
-
-/// Checks that the faults to study have room beside those of the scenario.
-fn has_room(options: &Options, plan: &Plan) -> Result<(), Error> {
-    let own = &plan.file().faults;
-    let (more, asked) = if options.pairs { (2, "two more by --pairs") } else { (1, "one more") };
-    if own.len() + more <= MOST_FAULTS {
-        return Ok(());
-    }
-    let keys: Vec<String> = own
-        .iter()
-        .enumerate()
-        .map(|(k, fault)| format!("faults.{k}.mode = {}", fault.mode.0.name()))
-        .collect();
-    let without =
-        if options.pairs && own.len() < MOST_FAULTS { "; without --pairs one more has room" } else { "" };
-    Err(Error::Arguments(format!(
-        "faults: found {} of the scenario ({}) and {asked}, needed {MOST_FAULTS} at most: take out {}{without}",
-        own.len(),
-        keys.join(", "),
-        own.len() + more - MOST_FAULTS
-    )))
 }
 
 /// Returns the faults to study, beginning with the drive without a fault, and the faults that the drive cannot have.
@@ -194,6 +184,7 @@ impl Row {
             .with("wrong_pole", of.wrong_pole)
             .with("wrong_pole_at_most", of.wrong_pole_bound())
             .with("beyond_limit", of.beyond)
+            .with("undetected_at_most", of.undetected_bound())
             .with("moved", of.moved)
             .with("overcurrent", of.overcurrent)
             .with("detected", of.detected())
@@ -212,22 +203,29 @@ impl Row {
             .with("wrong_pole_rate_at_most", rate.map(|rate| rate * of.wrong_pole_bound()))
     }
 
-    /// Returns the effect of the fault in one word, as in a failure-mode analysis.
-    fn effect(&self) -> &'static str {
+    /// Returns the effect of the fault, as in a failure-mode analysis; none for the drive without a fault.
+    fn effect(&self) -> Option<String> {
+        self.entry.name()?;
         let of = &self.counts;
-        if of.wrong_pole > 0 {
-            "wrong pole"
+        let answers = if of.wrong_pole > 0 {
+            Some("wrong pole")
         } else if of.beyond > 0 {
-            "angle beyond the limit"
+            Some(if self.in_sectors {
+                "angle beyond the limit and the sector"
+            } else {
+                "angle beyond the limit"
+            })
         } else if of.detected() == of.trials {
-            "no start"
+            Some("no start")
         } else if of.detected() > 0 {
-            "no start in some"
-        } else if of.moved > 0 || of.overcurrent > 0 {
-            "movement or current beyond the limit"
+            Some("no start in some")
         } else {
-            "none (latent)"
-        }
+            None
+        };
+        let moved = (of.moved > 0).then_some("movement beyond the limit");
+        let current = (of.overcurrent > 0).then_some("current beyond the limit");
+        let all: Vec<&str> = [answers, moved, current].into_iter().flatten().collect();
+        Some(if all.is_empty() { "none (latent)".to_owned() } else { all.join("; ") })
     }
 }
 
@@ -240,33 +238,24 @@ fn percent(count: u64, total: u64) -> String {
     }
 }
 
-fn answer(
-    setting: String,
-    asked: &str,
-    (rows, rates): (&[Row], Option<&Rates>),
-    left: &[Left],
+/// The question that the rows answer.
+struct Subject<'a> {
+    /// The scenario with its keys, for a command line.
+    asked: String,
+    rates: Option<&'a Rates>,
     allowed: Allowed,
-) -> Answer {
-    let wrong: Vec<&Row> = rows.iter().filter(|row| row.counts.wrong_pole_bound() > 1e-3).collect();
-    let (of_wrong, faults) = (wrong.len(), rows.len());
-    let (tone, headline) = if of_wrong == 0 {
-        (
-            Tone::Good,
-            format!("No fault of {faults} rows leads to more than 0.1 % wrong poles (upper bound of 95 %)"),
-        )
-    } else {
-        let seen = wrong.iter().filter(|row| row.counts.wrong_pole > 0).count();
-        let text = format!(
-            "{seen} of {faults} rows have wrong poles; {of_wrong} cannot be shown to have at most 0.1 %"
-        );
-        (if seen > 0 { Tone::Bad } else { Tone::Warning }, text)
-    };
-    let mut details = vec![format!("right: within {}° of the angle", allowed.error_deg)];
-    details.extend(weights(rows, rates));
-    let worst = rows.iter().filter_map(|row| Some((row, row.counts.worst?)));
-    let worst = worst.max_by(|a, b| a.1.error_deg.abs().total_cmp(&b.1.error_deg.abs()));
+    has_magnet: bool,
+    /// True if the motor has poles, and its data tell them apart.
+    has_poles: bool,
+}
+
+fn answer(setting: String, of: &Subject<'_>, rows: &[Row], left: &[Left]) -> Answer {
+    let Subject { asked, rates, allowed, .. } = of;
+    let (tone, headline) = words::headline(rows);
+    let mut details = words::details(of, rows);
+    details.extend(weights(rows, *rates));
     let mut next = None;
-    if let Some((row, worst)) = worst {
+    if let Some((row, worst)) = words::worst(rows) {
         let keys = row.entry.arguments().into_iter().map(|pair| set_pair(&pair));
         // The scenario may have fewer trials than were studied.
         let command = format!(
@@ -276,17 +265,7 @@ fn answer(
             set_pair(&format!("trials={}", row.counts.trials)),
             worst.trial
         );
-        details.push(format!(
-            "the worst start: {} with {}, {:.1}° off",
-            row.method,
-            row.fault(),
-            worst.error_deg
-        ));
         next = Some(("to see the worst start", command));
-    }
-    let errors: u64 = rows.iter().map(|row| row.counts.errors).sum();
-    if errors > 0 {
-        details.push(format!("{errors} starts could not be simulated to their end; they count as neither"));
     }
     let rate = |row: &Row| rates.and_then(|rates| rates.of(row.entry.single()));
     let records: Records = rows.iter().map(|row| row.record(rate(row))).collect();
@@ -309,12 +288,14 @@ fn answer(
         Some((purpose, command)) => answer.next(purpose, command),
         None => answer,
     };
-    // Of several methods that with the most wrong poles.
-    let asked_about = rows.iter().rev().max_by_key(|row| row.counts.wrong_pole).and_then(|row| row.by_name);
-    answer.next(
-        "how rare a wrong pole is without a fault",
-        format!("standstill odds {asked}{} --event wrong-pole", with(asked_about)),
-    )
+    // Of several methods that with the most dangerous answers.
+    let asked_about = rows.iter().rev().max_by_key(|row| row.counts.undetected()).and_then(|row| row.by_name);
+    let (purpose, event) = if of.has_poles {
+        ("how rare a wrong pole is without a fault", "wrong-pole".to_owned())
+    } else {
+        ("how rare such an axis is without a fault", format!("'|e| > {} deg'", allowed.error_deg))
+    };
+    answer.next(purpose, format!("standstill odds {asked}{} --event {event}", with(asked_about)))
 }
 
 /// Returns the key of a method that was named by an option, for a command line.
@@ -333,19 +314,27 @@ fn weights(rows: &[Row], rates: Option<&Rates>) -> Vec<String> {
         |names: Vec<&str>, what: &str| (!names.is_empty()).then(|| format!("{what}: {}", names.join(", ")));
     lines.extend(listed(unstudied, "rates of modes that were not studied, left out of the sums"));
     lines.extend(listed(without, "modes without a rate, left out of the sums"));
+    if rows.iter().any(|row| row.entry.modes.len() > 1) {
+        lines.push("pairs of faults have no rate and are left out of the sums".to_owned());
+    }
     lines
 }
 
-const LEGEND: [&str; 3] = [
-    "detected: starts without an answer. A wrong answer is dangerous, and so is one beyond the limit.",
+const LEGEND: [&str; 4] = [
+    "detected: starts without an answer. An answer with the wrong pole or beyond the limit is dangerous.",
     "dangerous: starts whose answer would be wrong without the method's checks (`detector.checks = false`); coverage ≥: the share of these that has \
      no answer with them, the lower end of the exact one-sided 95 % interval; –: no start is dangerous.",
+    "moved, current: starts with more movement or current than is said above; they may have any answer, or none.",
     "Sizes, places and signs are drawn by each trial; the table of the file has their ranges (`magnitude`).",
 ];
 
 fn table(rows: &[Row]) -> Table {
     let share = |title: &str, count: fn(&Counts) -> u64| {
         Column::number(title).unit("%").of(move |row: &Row| percent(count(&row.counts), row.counts.trials))
+    };
+    let effect = |title: &str, count: fn(&Counts) -> u64| {
+        let column = Column::number(title).unit("%").rank(3);
+        column.of(move |row: &Row| percent(count(&row.counts), row.counts.trials))
     };
     let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.1}"));
     let columns = [
@@ -361,6 +350,8 @@ fn table(rows: &[Row]) -> Table {
         }),
         (Column::number("coverage ≥").unit("%").rank(2))
             .of(move |row: &Row| number(row.counts.coverage().map(|of| of.low * 100.0))),
+        effect("moved", |of| of.moved),
+        effect("current", |of| of.overcurrent),
         (Column::number("worst").unit("°").rank(3))
             .of(move |row: &Row| number(row.counts.worst.map(|worst| worst.error_deg))),
         Column::word("detected by").rank(1).of(Row::reason),

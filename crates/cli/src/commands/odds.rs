@@ -6,8 +6,10 @@ use std::sync::Mutex;
 
 use standstill_analysis::subset::{Effort, End, Run, Settings};
 use standstill_analysis::{Alarm, Anatomy, Event, GIVEN_UP, Odds, RUNS, Trials, Watch};
+use standstill_detect::Method;
 use standstill_report::figure::Figure;
-use standstill_sim::Tape;
+use standstill_scenario::{Plan, Scenario};
+use standstill_sim::{RotorState, Tape};
 
 use super::question::{Asked, again, plan, setting};
 use crate::arguments::Odds as Options;
@@ -21,14 +23,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
     let plan = plan(question)?;
     let trials = Trials::new(&plan)?;
-    let motor = &trials.scenario().motor;
-    if options.event.is_of_poles() && !motor.has_magnet() {
-        return Err(Error::Arguments(format!(
-            "`--event {}`: found the motor {}, which has no magnet and so no poles, needed `failed`, `|e| > 3 deg`, \
-             `moved > 1 deg` or `peak_current > 8 A`",
-            options.event, motor.name
-        )));
-    }
+    can_happen(options.event, &plan, trials.scenario())?;
     let effort = (options.effort != Effort::default()).then(|| options.effort.name().to_owned());
     let settings = Settings::of(options.effort, plan.file().seed);
     let named = [("--event", Some(options.event.to_string())), ("--effort", effort)];
@@ -56,12 +51,6 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let setting = setting(plan.file(), trials.scenario());
     let in_sectors = trials.scenario().detector.half_sector().is_some();
     let mut answer = words::answer(setting.clone(), options.event, in_sectors, &odds, &anatomy);
-    if let Some((depth, deeper)) = deeper(options.effort, &odds) {
-        answer = answer.next(
-            format!("levels down to {depth:.0e}"),
-            format!("standstill odds {} --event \"{}\" --effort {deeper}", again(question), options.event),
-        );
-    }
     if !odds.runs.is_empty() {
         let caption =
             "Each run goes down by levels of a tenth; where they meet the event, their mean counts.";
@@ -89,7 +78,37 @@ pub fn run(options: &Options) -> Result<Report, Error> {
             format!("standstill run {again} --rows none --trials 1000000"),
         )
     };
+    let answer = match deeper(options.effort, &odds) {
+        Some((depth, deeper)) => answer.next(
+            format!("levels down to {depth:.0e}"),
+            format!("standstill odds {again} --event \"{}\" --effort {deeper}", options.event),
+        ),
+        None => answer,
+    };
     asked.answer(trials.scenario(), answer)
+}
+
+/// Refuses an event that cannot happen to any start.
+fn can_happen(event: Event, plan: &Plan, scenario: &Scenario<Method<f64>>) -> Result<(), Error> {
+    let motor = &scenario.motor;
+    let (found, needed) = match event {
+        _ if event.is_of_poles() && !motor.has_magnet() => (
+            format!("the motor {}, which has no magnet and so no poles", motor.name),
+            "`failed`, `|e| > 3 deg`, `moved > 1 deg` or `peak_current > 8 A`",
+        ),
+        Event::WrongPole | Event::WrongEvidence if plan.pole_is_open() => (
+            format!(
+                "the motor {}, whose data leave its poles open, so that no start judges them",
+                motor.name
+            ),
+            "`failed`, `|e| > 3 deg`, or data of which pole draws more current (`standstill magnetics`)",
+        ),
+        Event::Moved(_) if scenario.rotor == RotorState::Locked => {
+            ("a rotor that is held, which never moves".to_owned(), "another event, or `-s rotor.state=free`")
+        }
+        _ => return Ok(()),
+    };
+    Err(Error::Arguments(format!("`--event {event}`: found {found}, needed {needed}")))
 }
 
 /// Returns the next effort, with the probability down to which its runs go, for an event that no run reached.

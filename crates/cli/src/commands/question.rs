@@ -218,7 +218,11 @@ fn folder(question: &Question, name: &str) -> Option<PathBuf> {
 
 /// Returns motor, method and errors of an answer in one line, with notes below it.
 pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String {
+    let sectors = scenario.detector.half_sector().filter(|_| scenario.foreign.is_none());
+    let sectors =
+        sectors.map(|_| "answers are sectors: an error is what lies beyond the sector named".to_owned());
     let notes = pole_note(scenario).map(str::to_owned).into_iter().chain(scenario.motor.map_note());
+    let notes = notes.chain(sectors);
     let note = notes.fold(String::new(), |all, note| all + "\n(" + &note + ")");
     format!(
         "{}, {}, {} errors, {} rotor, seed {}{note}",

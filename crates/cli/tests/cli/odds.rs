@@ -89,3 +89,15 @@ fn law_a_share_says_whether_it_is_of_starts_with_an_angle_or_of_all() {
     let text = odds["share_of"].as_str().expect("a text");
     assert!(text.starts_with("of all starts"), "{text}");
 }
+
+/// A rotor that is held does not move: there is nothing to compute.
+#[test]
+fn regress_an_event_that_cannot_happen_is_refused() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    let message = super::mistake(&["odds", "s.toml", "--event", "moved > 1 deg"], path);
+    for part in ["moved > 1 deg", "a rotor that is held", "rotor.state=free"] {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+}

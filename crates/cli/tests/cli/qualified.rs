@@ -203,6 +203,51 @@ fn regress_odds_that_decide_nothing_name_their_next_effort() {
     assert_eq!(command, "standstill odds s.toml --event 'peak_current > 5.15 A' --effort normal");
 }
 
+/// Noise of 60 mA fails by more than 10 mA, whichever is named first; of one requirement alone no command repeats what was just run.
+#[test]
+fn regress_a_row_has_the_worst_of_its_cases_and_their_number() {
+    let folder = folder();
+    let path = folder.path();
+    let list = "odds = \"off\"\n[[requirement]]\nid = \"A\"\ntext = \"…\"\nlimit = \"p95 <= 1 deg\"\n\
+                over.\"sensors.noise\" = [\"45 mA\", \"60 mA\", \"1 mA\"]\n\
+                [[requirement]]\nid = \"B\"\ntext = \"…\"\nlimit = \"time <= 1 s\"\n";
+    write(path, list);
+    let said = |more: &[&str], out: &str| {
+        let asked = ["qualify", "s.toml", "r.toml", "--no-witness", "--out", out];
+        let output = standstill(&[&asked[..], more].concat(), path);
+        assert_eq!(output.status.code(), Some(1));
+        String::from_utf8(output.stdout).expect("text").split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let text = said(&[], "q");
+    assert!(text.contains("2 of 3 cases failed, the worst:"), "{text}");
+    assert!(text.contains("sensors.noise=60 mA") && !text.contains("sensors.noise=45 mA"), "{text}");
+    assert!(text.contains("--only A --no-witness"), "the one that failed: {text}");
+    assert!(!said(&["--only", "A"], "one").contains("--only A --no-witness"));
+}
+
+/// The motor's saturation is not known, so its poles are open; the printed command finds its file.
+#[test]
+fn regress_the_command_about_open_poles_finds_the_motors_file() {
+    let folder = folder();
+    let path = folder.path();
+    let sheet =
+        super::nameplates::sheet(["4", "69 mΩ", "1.6 mH", "3.5 mH", "0.155 Wb", "100 A", "500 V", ""]);
+    fs::create_dir(path.join("sub")).expect("a folder");
+    fs::write(path.join("sub/open.toml"), sheet).expect("written");
+    fs::write(path.join("sub/s.toml"), "motor = \"open.toml\"\ndetector.method = \"bipolar\"\n")
+        .expect("written");
+    let one = "odds = \"off\"\ntrials = 64\n[[requirement]]\nid = \"A\"\ntext = \"…\"\nlimit = \"faults.phase-open: P(wrong_pole) <= 20 %\"\n";
+    fs::write(path.join("r.toml"), one).expect("written");
+    let found = answer(&["qualify", "sub/s.toml", "r.toml", "--no-witness", "--json", "--out", "a"], 3, path);
+    let command = requirement(&found, "A")["next_command"].as_str().expect("a command");
+    assert_eq!(command, "standstill magnetics sub/open.toml");
+    let words: Vec<&str> = command.split(' ').skip(1).collect();
+    assert!(standstill(&words, path).status.success(), "{command}");
+    // Nor has such an event odds.
+    let refused = mistake(&["odds", "sub/s.toml", "--event", "wrong-pole"], path);
+    assert!(refused.contains("--event wrong-pole") && refused.contains("leave its poles open"), "{refused}");
+}
+
 /// promise: qualify-exit-codes
 #[test]
 fn regress_lists_with_mistakes_are_refused_by_line() {

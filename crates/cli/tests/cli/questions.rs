@@ -5,13 +5,17 @@ use std::fs;
 use super::answers::{SCENARIO, answer, number};
 use super::{folder, mistake};
 
+/// A rotor that may move, and does not: rated current makes 21.7 N m in it.
+const STUCK: &[&str] = &["-s", "rotor.state=free", "-s", "motor.rotor.stiction=21 N m"];
+
 #[test]
 fn regress_what_never_happens_has_the_limit_of_plain_trials_alone() {
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("s.toml"), SCENARIO).expect("written");
-    // The rotor is locked: nothing moves, whatever is drawn.
-    let still = answer(&["odds", "s.toml", "--event", "moved > 0.1 deg", "--json", "--out", "k"], 0, path);
+    // The rotor sticks: nothing moves, whatever is drawn.
+    let asked = [&["odds", "s.toml", "--event", "moved > 0.1 deg", "--json", "--out", "k"], STUCK].concat();
+    let still = answer(&asked, 0, path);
     assert_eq!((number(&still, "probability"), number(&still, "trials")), (0.0, 4000.0));
     // None in 4,000: 1 − 0.025^(1/4000).
     assert!((number(&still, "high") / 9.217_947_494_8e-4 - 1.0).abs() < 1e-6, "{still}");
@@ -26,7 +30,7 @@ fn regress_an_answer_is_not_replaced_by_that_to_another_question() {
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("s.toml"), SCENARIO).expect("written");
-    let odds: &[&str] = &["odds", "s.toml", "--json", "--out", "k", "--event"];
+    let odds: &[&str] = &[&["odds", "s.toml", "--json", "--out", "k"], STUCK, &["--event"]].concat();
     let budget: &[&str] = &["budget", "s.toml", "--json", "--out", "k", "--pairs"];
     let require: &[&str] = &[
         "require",
@@ -46,7 +50,7 @@ fn regress_an_answer_is_not_replaced_by_that_to_another_question() {
         &["tune", "s.toml", "--vary", "detector.rounds=2:3", "--trials", "1000", "--starts", "1"];
     let tune = &[tune, &["--json", "--out", "k", "--minimise"]].concat();
     let questions = [
-        // What a locked rotor never does is told by 4,000 trials.
+        // 4,000 trials bound the movement of a rotor that sticks.
         (
             odds,
             "moved > 1 deg",

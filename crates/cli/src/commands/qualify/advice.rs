@@ -1,9 +1,12 @@
 //! Advice on each requirement: how to judge it again, which start to look at, and how many trials would decide it.
 
+use std::path::Path;
+
 use standstill_analysis::Effort;
 use standstill_analysis::faults::Entry;
 use standstill_analysis::qualify::{Case, Claim, Claimed, MOST_TRIALS, Verdict};
 use standstill_report::page::Block;
+use standstill_scenario::MotorSpec;
 
 use super::words::Words;
 use crate::commands::question::again;
@@ -60,10 +63,23 @@ impl Words<'_> {
         Some(format!("standstill odds {scenario} --event {} --effort {effort}", quoted(&event)))
     }
 
+    /// Returns the name or the file of a case's motor as `magnetics` takes it; of a motor in the scenario itself, the
+    /// scenario.
+    fn motor_file(&self, of: &Case) -> String {
+        let scenario = &self.question.scenario;
+        let MotorSpec::Named(name) = &of.plan().file().motor else {
+            return scenario.to_string_lossy().into_owned();
+        };
+        // A motor in place of a scenario is named as it was typed; what a scenario names is in its folder.
+        let is_file = Path::new(name).extension().is_some() && Path::new(name) != scenario;
+        let folder = scenario.parent().filter(|_| is_file);
+        folder.map_or_else(|| name.clone(), |folder| folder.join(name).to_string_lossy().into_owned())
+    }
+
     /// Returns advice on a requirement that was neither passed nor failed.
     fn open(&self, id: &str, of: &Case, claim: &Claim) -> (String, Option<String>) {
         if claim.open.is_some() {
-            let command = format!("standstill magnetics {}", quoted(&of.motor));
+            let command = format!("standstill magnetics {}", quoted(&self.motor_file(of)));
             return (
                 format!(
                     "{id} is not shown, because the motor's data leave its poles open; measure which pole draws more current:"
@@ -80,8 +96,21 @@ impl Words<'_> {
             );
             return (text, None);
         }
-        let text = format!("{id} is not shown by {} trials; {}", claim.trials, self.more(claim));
+        let [_, starts] = claim.counts();
+        let trials = if matches!(claim.claimed, Claimed::Undetected(_)) {
+            claim.trials
+        } else {
+            starts.max(claim.trials)
+        };
+        let text = format!("{id} is not shown by {trials} trials; {}", self.more(claim));
         let Some(rare) = &claim.rare else { return (text, None) };
+        if rare.plain.is_some() {
+            // Runs with more effort go further down, and do not reach it either, or show that it is too frequent.
+            return (
+                format!("{text}; odds with more effort cannot pass it: the event is too rare for their runs"),
+                None,
+            );
+        }
         let alarm = |alarm| format!("; odds have an alarm ({alarm}), with which nothing is passed");
         let alarm = rare.alarms.first().map_or_else(String::new, alarm);
         let file = self.requirements.display();
@@ -131,7 +160,9 @@ impl Words<'_> {
             blocks.push(Block::Text(text));
             blocks.extend(command.map(code));
         }
-        if let Some(number) = self.asked.iter().find(|number| passed(number)).or_else(|| self.asked.first()) {
+        // The first with the worst verdict. Of one that was asked for alone, the command was just given.
+        let worst = self.asked.iter().rev().max_by_key(|number| self.found.verdict(**number));
+        if let Some(number) = worst.filter(|_| self.asked.len() > 1) {
             blocks.push(Block::Text("To judge one requirement again, as in the list:".to_owned()));
             blocks.push(code(self.repeats(*number)));
         }

@@ -77,8 +77,9 @@ fn degrees(value: f64) -> String {
 }
 
 /// Describes the results of a claim, with their interval, in words.
-fn shown(claim: &Claim) -> String {
+fn shown(of: &Case, claim: &Claim) -> String {
     let seen = &claim.seen;
+    let [cases, starts] = claim.counts();
     let [value, low, high] = claim.interval();
     let text = match claim.claimed {
         Claimed::Rms(_) => {
@@ -92,17 +93,29 @@ fn shown(claim: &Claim) -> String {
         }
         Claimed::Share(bad, or_unanswered, _) => {
             let or = if or_unanswered { " or no answer" } else { "" };
-            format!("{bad}{or}: {} of {} starts, {} to {}", seen.cases, seen.of, percent(low), percent(high))
+            // The limit of a guard stands in no other place of the row.
+            let most =
+                claim.guards.then(|| format!(", where {} may be (unanswered)", percent(claim.limit())));
+            let (low, high) = (percent(low), percent(high));
+            format!("{bad}{or}: {cases} of {starts} starts, {low} to {high}{}", most.unwrap_or_default())
         }
         Claimed::Undetected(_) if seen.of == 0 => {
-            "no start is dangerous without the method's checks".to_owned()
+            format!("without the method's checks no start is {}", of.danger())
         }
         Claimed::Undetected(_) => {
             let [least, most] = [percent(1.0 - high), percent(1.0 - low)];
-            format!("{} of {} dangerous starts detected, {least} to {most}", seen.of - seen.cases, seen.of)
+            format!(
+                "{} of {} dangerous starts detected, {least} to {most}; dangerous: without the method's checks {}",
+                seen.of - seen.cases,
+                seen.of,
+                of.danger()
+            )
         }
     };
     let Some(rare) = &claim.rare else { return text };
+    if let Some([_, of]) = rare.plain {
+        return format!("{text}; {of} of them are plain trials of odds, whose runs did not reach the event");
+    }
     let [low, high] = rare.ends;
     let alarms: Vec<String> = rare.alarms.iter().map(|alarm| format!("; alarm: {alarm}")).collect();
     let odds = match rare.probability.value {
@@ -113,7 +126,8 @@ fn shown(claim: &Claim) -> String {
 }
 
 fn by(claim: &Claim) -> &'static str {
-    if claim.rare.is_some() { "odds" } else { "trials" }
+    let by_odds = claim.rare.as_ref().is_some_and(|rare| rare.plain.is_none());
+    if by_odds { "odds" } else { "trials" }
 }
 
 impl Words<'_> {
@@ -125,18 +139,49 @@ impl Words<'_> {
     pub fn confidence(&self) -> String {
         let count = self.found.count();
         let whole = 1.0 - self.found.requirements.confidence;
+        let split = if count == 1 {
+            "of its one claim".to_owned()
+        } else {
+            format!("split evenly over {count} claims")
+        };
         format!(
-            "At most {} probability that any verdict by trials is wrong, split evenly over {count} claims: each interval holds with {} \
+            "At most {} probability that any verdict by trials is wrong, {split}: each interval holds with {} \
              whenever its trials ended; odds are estimates outside of that bound",
             percent(whole),
             percent(1.0 - whole / count as f64),
         )
     }
 
-    /// Returns the claim that decides a requirement: the first one with the worst verdict.
+    /// Returns the claim that decides a requirement: of those with the worst verdict the one furthest beyond its limit,
+    /// by the value seen if it failed, else by the end of its interval. A guard comes after the claim that it guards.
     pub fn binding(&self, number: usize) -> Option<(&Case, &Claim)> {
         let worst = self.found.verdict(number);
-        self.found.claims(number).find(|(_, claim)| claim.verdict() == worst)
+        let beyond = |claim: &Claim| {
+            let [value, _, high] = claim.interval();
+            (if worst == Verdict::Failed { value } else { high }) / claim.limit()
+        };
+        let all = self.found.claims(number).filter(|(_, claim)| claim.verdict() == worst);
+        all.reduce(|a, b| {
+            let is_worse = match (a.1.guards, b.1.guards) {
+                (guards, other) if guards != other => guards,
+                _ => beyond(b.1) > beyond(a.1),
+            };
+            if is_worse { b } else { a }
+        })
+    }
+
+    /// Returns the phrase on how many of several cases have the verdict; none of a single case.
+    fn of_cases(&self, number: usize) -> Option<String> {
+        let worst = self.found.verdict(number);
+        let mut cases: Vec<(Vec<String>, Verdict)> = Vec::new();
+        for (of, claim) in self.found.claims(number) {
+            match cases.iter_mut().find(|(options, _)| *options == of.options()) {
+                Some((_, verdict)) => *verdict = claim.verdict().max(*verdict),
+                None => cases.push((of.options(), claim.verdict())),
+            }
+        }
+        let count = cases.iter().filter(|(_, verdict)| *verdict == worst).count();
+        (cases.len() > 1).then(|| format!("{count} of {} cases {}", cases.len(), worst.name()))
     }
 
     /// Returns the table row of a requirement.
@@ -155,18 +200,24 @@ impl Words<'_> {
         let odds: u64 =
             claims.iter().filter_map(|(_, claim)| claim.rare.as_ref()).map(|rare| rare.trials).sum();
         let Some((of, claim)) = self.binding(number) else { return (String::new(), trials) };
-        let mut text = shown(claim);
+        let mut text = shown(of, claim);
         if !of.settings.is_empty() || of.fault.is_some() {
             text = format!("{}: {text}", case(of));
         }
         if let Some(open) = &claim.open {
             text = format!("{text}; {open}");
         }
+        if let Some(cases) = self.of_cases(number) {
+            let which =
+                if claim.verdict() == Verdict::Failed { "the worst" } else { "the nearest to its limit" };
+            text = format!("{cases}, {which}: {text}");
+        }
         (text, trials + odds)
     }
 
     fn claim_json(of: &Case, claim: &Claim) -> Value {
         let [value, low, high] = claim.interval();
+        let [cases, starts] = claim.counts();
         let odds = claim.rare.as_ref().map(|rare| {
             json!({
                 "event": rare.event.to_string(),
@@ -177,8 +228,8 @@ impl Words<'_> {
         });
         json!({
             "case": of.options(), "motor": of.motor, "guards_answers": claim.guards, "verdict": claim.verdict().name(), "decided_by": by(claim),
-            "shown": shown(claim), "value": value, "low": low, "high": high, "at_most": claim.limit(),
-            "cases": claim.seen.cases, "of": claim.seen.of, "trials": claim.trials, "most_trials": claim.most,
+            "shown": shown(of, claim), "value": value, "low": low, "high": high, "at_most": claim.limit(),
+            "cases": cases, "of": starts, "trials": claim.trials, "most_trials": claim.most,
             "error_probability": claim.alpha, "trial": claim.seen.worst.map(|(trial, _)| trial),
             "trials_needed": (claim.verdict() == Verdict::NotShown).then(|| claim.trials_needed()).flatten(),
             "open": claim.open, "odds": odds,
@@ -216,6 +267,7 @@ impl Words<'_> {
             let requirement = self.requirement(*number);
             for (of, claim) in self.found.claims(*number) {
                 let [value, low, high] = claim.interval();
+                let [cases, starts] = claim.counts();
                 rows.push(
                     Record::default()
                         .with("id", &requirement.id)
@@ -228,8 +280,8 @@ impl Words<'_> {
                         .with("low", low)
                         .with("high", high)
                         .with("at_most", claim.limit())
-                        .with("cases", claim.seen.cases)
-                        .with("of", claim.seen.of)
+                        .with("cases", cases)
+                        .with("of", starts)
                         .with("trials", claim.trials)
                         .with("odds", claim.rare.as_ref().map(|rare| rare.probability.value))
                         .with("odds_at_most", claim.rare.as_ref().map(|rare| rare.ends[1]))

@@ -116,20 +116,21 @@ pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
     let relative = asked.relative.contains(&Measure::Rms);
     if let Some(unseen) = tuned.unseen().filter(|_| relative || minimise == Measure::Rms) {
         details.push(format!(
-            "the difference of rms counts the starts seen: up to {} more than at the start may lack an answer unseen, each \
-             counted as 90°, which would make the rms {}°; more --trials bring that down",
+            "the difference of rms counts the detections seen: with these settings up to {} more of all detections than with the initial ones may \
+             lack an answer unseen, each counted as 90°, which would make the rms {}°; ten times the --trials ({}) leave a tenth of that share",
             percent(unseen.share),
-            listed(&[unseen.rms_deg], "").trim_end()
+            listed(&[unseen.rms_deg], "").trim_end(),
+            asked.effort.last.saturating_mul(10)
         ));
     }
     if !asked.goal.limits.0.is_empty() {
         let holds = match tuned.limits {
-            v if v.surely => "surely",
-            v if v.holds => "as far as the trials tell, not surely",
-            v if v.possibly => "possibly, but not by these trials",
-            _ => "not",
+            v if v.surely => "surely kept",
+            v if v.holds => "kept as far as the trials tell, not surely",
+            v if v.possibly => "possibly kept, but not by these trials",
+            _ => "not kept",
         };
-        details.push(format!("{}: kept {holds}", limits(asked)));
+        details.push(format!("{}: {holds}", limits(asked)));
     }
     let ends: Vec<String> = asked
         .ranges

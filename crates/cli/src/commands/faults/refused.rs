@@ -1,0 +1,66 @@
+//! What `faults` refuses before the first trial.
+
+use standstill_analysis::faults::Entry;
+use standstill_scenario::{FaultMode, Plan};
+use standstill_sim::MOST_FAULTS;
+
+use super::Left;
+use super::rates::Rates;
+use crate::arguments::Faults as Options;
+use crate::error::Error;
+
+/// Checks that there is something to study: at least one of the faults, a pair if pairs were asked for, and one with a
+/// rate if there are rates.
+pub fn are_studied(
+    options: &Options,
+    entries: &[Entry],
+    left: &[Left],
+    rates: Option<&Rates>,
+) -> Result<(), Error> {
+    let single: Vec<FaultMode> = entries.iter().filter_map(Entry::single).collect();
+    let lacking = left.iter().map(|left| format!("{} (it needs {})", left.mode.name(), left.reason));
+    let lacking = lacking.collect::<Vec<_>>().join(", ");
+    if single.is_empty() {
+        return Err(Error::Arguments(format!(
+            "--mode: found {lacking}, which this drive cannot have, needed at least one that it can"
+        )));
+    }
+    if let ([mode], true) = (&single[..], options.pairs) {
+        let cannot =
+            if left.is_empty() { String::new() } else { format!(", beside {lacking}, which it cannot have") };
+        return Err(Error::Arguments(format!(
+            "--pairs: found {} alone of the faults that this drive can have{cannot}, needed two",
+            mode.name()
+        )));
+    }
+    let Some(rates) = rates else { return Ok(()) };
+    if single.iter().any(|mode| rates.of(Some(*mode)).is_some_and(|rate| rate > 0.0)) {
+        return Ok(());
+    }
+    Err(Error::Arguments(format!(
+        "--rates: found no rate above zero of a mode that is studied, needed one of {}",
+        single.iter().map(|mode| mode.name()).collect::<Vec<_>>().join(", ")
+    )))
+}
+
+/// Checks that the faults to study have room beside those of the scenario.
+pub fn has_room(options: &Options, plan: &Plan) -> Result<(), Error> {
+    let own = &plan.file().faults;
+    let (more, asked) = if options.pairs { (2, "two more by --pairs") } else { (1, "one more") };
+    if own.len() + more <= MOST_FAULTS {
+        return Ok(());
+    }
+    let keys: Vec<String> = own
+        .iter()
+        .enumerate()
+        .map(|(k, fault)| format!("faults.{k}.mode = {}", fault.mode.0.name()))
+        .collect();
+    let without =
+        if options.pairs && own.len() < MOST_FAULTS { "; without --pairs one more has room" } else { "" };
+    Err(Error::Arguments(format!(
+        "faults: found {} of the scenario ({}) and {asked}, needed {MOST_FAULTS} at most: take out {}{without}",
+        own.len(),
+        keys.join(", "),
+        own.len() + more - MOST_FAULTS
+    )))
+}

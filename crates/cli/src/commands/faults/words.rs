@@ -1,0 +1,122 @@
+//! What `faults` says in sentences.
+
+use standstill_analysis::faults::{Worst, trials_that_show};
+use standstill_quantity::short;
+use standstill_report::page::Tone;
+
+use super::{Row, Subject, percent};
+
+/// Largest share of dangerous answers of a fault with which the headline is good.
+const MOST: f64 = 1e-3;
+
+/// Returns the rows with a fault.
+fn faults(rows: &[Row]) -> Vec<&Row> {
+    rows.iter().filter(|row| !row.entry.modes.is_empty()).collect()
+}
+
+fn rows_of(count: usize) -> String {
+    if count == 1 { "the one fault".to_owned() } else { format!("{count} faults") }
+}
+
+/// Returns the headline: how many faults lead to answers that are dangerous. No answer is the right answer here.
+pub fn headline(rows: &[Row]) -> (Tone, String) {
+    let faults = faults(rows);
+    let open: Vec<&&Row> = faults.iter().filter(|row| row.counts.undetected_bound() > MOST).collect();
+    let of = rows_of(faults.len());
+    if open.is_empty() {
+        let text = format!("Of {of} none leads to more than 0.1 % dangerous answers (upper bound of 95 %)");
+        return (Tone::Good, text);
+    }
+    let seen: Vec<&&&Row> = open.iter().filter(|row| row.counts.undetected() > 0).collect();
+    let open = open.len();
+    if seen.is_empty() {
+        return (
+            Tone::Warning,
+            format!("Of {of} none has a dangerous answer; {open} cannot be shown to have at most 0.1 %"),
+        );
+    }
+    let most = seen.iter().max_by_key(|row| row.counts.undetected());
+    let most = most.map_or_else(String::new, |row| {
+        let share = percent(row.counts.undetected(), row.counts.trials);
+        format!(", up to {share} % ({}, {})", row.method, row.fault())
+    });
+    let seen = seen.len();
+    let text = format!(
+        "Of {of} {seen} {} dangerous answers{most}; {open} cannot be shown to have at most 0.1 %",
+        if seen == 1 { "has" } else { "have" }
+    );
+    (Tone::Bad, text)
+}
+
+/// Returns the start with the largest error, and its row.
+pub fn worst(rows: &[Row]) -> Option<(&Row, Worst)> {
+    let worst = rows.iter().filter_map(|row| Some((row, row.counts.worst?)));
+    worst.max_by(|a, b| a.1.error_deg.abs().total_cmp(&b.1.error_deg.abs()))
+}
+
+/// Returns what counts as dangerous, and what the headline leaves out.
+pub fn details(of: &Subject<'_>, rows: &[Row]) -> Vec<String> {
+    let allowed = of.allowed;
+    let from = if rows.iter().all(|row| row.in_sectors) {
+        "beyond the sector named"
+    } else if rows.iter().any(|row| row.in_sectors) {
+        "off, or beyond the sector named"
+    } else {
+        "off"
+    };
+    let pole = if of.has_magnet { "the wrong pole, or an angle" } else { "the motor has no poles: an axis" };
+    let mut details = vec![format!("dangerous: {pole} more than {}° {from}", allowed.error_deg)];
+    details.extend(poles(of, rows));
+    details.extend(trials_needed(rows));
+    let whole = rows.iter().filter(|row| row.entry.modes.is_empty() && row.counts.undetected() > 0);
+    details.extend(whole.map(|row| {
+        let share = percent(row.counts.undetected(), row.counts.trials);
+        format!("without a fault {share} % of the answers of {} are dangerous", row.method)
+    }));
+    details.push(format!(
+        "moved: by more than {}°; current: more than {} A, the rated one, or the drive's trip",
+        allowed.moved_deg,
+        short(allowed.current)
+    ));
+    details.extend(worst(rows).map(|(row, worst)| {
+        let from = if row.in_sectors { "beyond the sector" } else { "off" };
+        format!("the worst start: {} with {}, {:.1}° {from}", row.method, row.fault(), worst.error_deg)
+    }));
+    details.extend(rows.iter().filter(|row| row.counts.errors > 0).map(|row| {
+        format!(
+            "{} with {}: {} of {} starts could not be simulated to their end; right, wrong pole, beyond and detected leave them out",
+            row.method,
+            row.fault(),
+            row.counts.errors,
+            row.counts.trials
+        )
+    }));
+    details
+}
+
+/// Returns the sentence on wrong poles; none for a motor without poles.
+fn poles(of: &Subject<'_>, rows: &[Row]) -> Option<String> {
+    let faults = faults(rows);
+    let seen = faults.iter().filter(|row| row.counts.wrong_pole > 0).count();
+    let open = faults.iter().filter(|row| row.counts.wrong_pole_bound() > MOST).count();
+    let text = if open == 0 {
+        "wrong poles: at most 0.1 % with each fault (upper bound of 95 %)".to_owned()
+    } else {
+        format!(
+            "wrong poles: seen with {seen} of {}; {open} cannot be shown to have at most 0.1 %",
+            rows_of(faults.len())
+        )
+    };
+    of.has_magnet.then_some(text)
+}
+
+/// Returns the sentence on the number of trials that would show it of faults without a dangerous answer; none if they
+/// are shown to have few.
+fn trials_needed(rows: &[Row]) -> Option<String> {
+    let is_open = |row: &&&Row| row.counts.undetected() == 0 && row.counts.undetected_bound() > MOST;
+    let count = faults(rows).iter().filter(is_open).count();
+    let needed = trials_that_show(MOST);
+    (count > 0).then(|| {
+        format!("{count} of them without a dangerous answer seen: --trials {needed} shows at most 0.1 % if none is seen")
+    })
+}
