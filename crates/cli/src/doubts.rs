@@ -29,7 +29,11 @@ pub fn wrong_signature(scenario: &Scenario<Method<f64>>) -> Option<String> {
     let set = Signature::ALL.into_iter().find(|of| Some(of.in_words()) == described.as_deref())?;
     let drive = scenario.nameplate();
     let known = [drive.signature, drive.pulse_signature];
-    let contradicts = set != Signature::None && !known.contains(&set) && known != [Signature::None; 2];
+    // A fault may be a wrong data sheet.
+    let contradicts = scenario.faults.is_empty()
+        && set != Signature::None
+        && !known.contains(&set)
+        && known != [Signature::None; 2];
     contradicts.then(|| {
         let is = known.into_iter().find(|of| *of != Signature::None).unwrap_or(Signature::None);
         format!(

@@ -22,8 +22,8 @@ const ARGUMENT: Origin = Origin::Option("the argument `detector`");
 const REACHING: [&str; 5] =
     [KEY, "detector.config", "detector.signature", "detector.dead_time", "detector.time_limit"];
 
-/// Number of the reason of a detection that [`gave_up`]: one of the bench's, which are the last ones.
-const GAVE_UP: u32 = u32::MAX - 2;
+/// Reason of a detection that [`gave_up`]. Its number is one of the bench's, which are the last ones.
+const GAVE_UP: Own = Own { code: u32::MAX - 3, text: "the detector's program raised an error" };
 
 /// Maker of detectors that the running program has, such as those of a class of Python.
 pub trait Provider: fmt::Debug + Send + Sync {
@@ -57,17 +57,14 @@ impl PartialEq for Hosted {
 
 /// Returns the step of a detector that cannot go on, because its program has raised an error. A record that ends with it is void.
 pub fn gave_up() -> Step<f64> {
-    let fault = Fault::Own(Own { code: GAVE_UP, text: "the detector's program raised an error" });
-    Step::Done(Outcome::Failed { fault, findings: Findings::default() })
+    Step::Done(Outcome::Failed { fault: Fault::Own(GAVE_UP), findings: Findings::default() })
 }
 
 impl Record {
     /// Returns whether the trial has no result, because its detector [`gave_up`].
     pub fn is_void(&self) -> bool {
-        matches!(
-            self.run.ended,
-            Ended::Outcome(Outcome::Failed { fault: Fault::Own(Own { code: GAVE_UP, .. }), .. })
-        )
+        // By its text too: crashed libraries have codes of their own, which may be the same.
+        matches!(&self.run.ended, Ended::Outcome(Outcome::Failed { fault: Fault::Own(own), .. }) if *own == GAVE_UP)
     }
 }
 

@@ -301,7 +301,7 @@ impl Bench<'_> {
         let text = if slow { volts } else { microseconds };
         let is_allowed = |value: &f64| slow || (PULSE_RANGE[0]..=PULSE_RANGE[1]).contains(value);
         let values = |usual: f64| factors.into_iter().map(move |factor| usual * factor).filter(is_allowed);
-        let usual = usual.map(|usual| usual.number());
+        let usual = usual.map(standstill_detect::Value::number);
         Ok(usual.into_iter().flat_map(values).map(|value| setting.with(key, &text(value))).collect())
     }
 
