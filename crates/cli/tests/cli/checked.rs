@@ -198,6 +198,26 @@ fn regress_a_driven_rotor_is_no_reason_to_refuse() {
 }
 
 #[test]
+fn regress_a_given_pulse_is_left_to_the_search_by_one_command() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("m48.toml"), sheet(M48)).expect("written");
+    let given = [&["check", "m48.toml"][..], &BIPOLAR, &["-s", "detector.pulse=20us"]].concat();
+    let found = answer(&given, at);
+    assert_eq!(
+        found["next"],
+        serde_json::json!(["standstill check m48.toml -s detector.method=bipolar"]),
+        "{found}"
+    );
+    assert_eq!(found["advice"][0]["frees"], serde_json::json!(["pulse"]), "{found}");
+    let text = said(&standstill(&given, at));
+    assert!(
+        text.contains("`detector.pulse` was as given") && text.contains("the given pulse binds"),
+        "{text}"
+    );
+}
+
+#[test]
 fn regress_a_signature_that_contradicts_the_motor_is_named() {
     let folder = folder();
     let few = ["-s", "detector.pulse=200us", "-s", "detector.rounds=3", "--effort", "quick"];

@@ -73,7 +73,10 @@ fn unsuited(asked: &Checked<'_>) -> Vec<String> {
     let is_fixed = |key: &str| key.starts_with("detector.") && key != "detector.method";
     let (fixed, keys): (Vec<_>, Vec<_>) = asked.keys.iter().cloned().partition(|(key, _)| is_fixed(key));
     if !fixed.is_empty() {
-        commands.push(again(&Checked { keys, ..*asked }, &[], asked.demands, asked.effort));
+        let free = again(&Checked { keys, ..*asked }, &[], asked.demands, asked.effort);
+        if !commands.contains(&free) {
+            commands.push(free);
+        }
     }
     let mut head = "Go on with one of";
     if commands.is_empty() {
