@@ -177,8 +177,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         }
     }
 
-    /// Returns the bounds at an electrical angle in rad. None for a method that turns the rotor, because such a method does not
-    /// estimate the initial angle.
+    /// Returns the bounds at an electrical angle in rad. None for a method that turns the rotor: it estimates no initial angle.
     pub fn at(&self, angle: f64) -> Result<Option<Bound>, BoundError> {
         if self.scenario.detector.turns_rotor() {
             return Ok(None);

@@ -47,8 +47,8 @@ pub use event::{Event, EventError};
 pub use explain::{Cause, Explained};
 pub use standstill_odds::{Alarm, Estimator, GIVEN_UP, Halt, Odds, RUNS, System, Watch, subset};
 pub use suitability::{
-    Advice, Alternative, CANDIDATES, Candidate, Condition, Confirmed, Demand, Demands, Effort, Margins,
-    Progress, Setting, Suitability, SuitabilityError, Suited, TurningSpeeds, Wanting, Way, most_work,
-    standing,
+    Advice, Alternative, CANDIDATES, COUNTED, Candidate, Condition, Confirmed, Demand, Demands, Effort,
+    Margins, Progress, Setting, Suitability, SuitabilityError, Suited, TurningSpeeds, Wanting, Way,
+    most_work, standing,
 };
 pub use trials::Trials;

@@ -17,17 +17,18 @@ mod changes;
 mod condition;
 mod confirm;
 mod demands;
+mod error;
 mod margins;
 mod poles;
 mod relaxed;
 mod search;
+mod standing;
 mod starts;
 #[cfg(test)]
 mod tests;
 mod turning;
 mod work;
 
-use standstill_campaign::CampaignError;
 use standstill_detect::{MethodName, Signature};
 use standstill_interface::choice;
 use standstill_plant::{Motor, PolarityPoint, PoleKnowledge};
@@ -37,17 +38,18 @@ pub use advice::{Advice, Alternative, Way};
 pub use bench::Setting;
 pub use candidate::{CANDIDATES, Candidate, LeftOut};
 pub use condition::Condition;
-pub use confirm::{Confirmed, Wanting};
+pub use confirm::{COUNTED, Confirmed, Wanting};
 pub use demands::Demands;
+pub use error::SuitabilityError;
 pub use margins::{Demand, Margins};
+pub use standing::standing;
 pub use standstill_odds::subset::Effort;
 pub use turning::TurningSpeeds;
 pub use work::most as most_work;
 
-use crate::bound::{Bound, BoundError, Bounds};
+use crate::bound::{Bound, Bounds};
 use bench::Bench;
 use search::Found;
-use thiserror::Error;
 use work::Allowance;
 
 /// Progress of the search, with results so far.
@@ -133,35 +135,6 @@ pub struct Suitability {
     pub is_undecided: bool,
     /// Work done, in evaluations of the machine's equations: at most [`most_work`] plus the last start.
     pub work: u64,
-}
-
-/// Error of a suitability check that reached no verdict.
-#[derive(Debug, Error)]
-pub enum SuitabilityError {
-    /// The scenario is invalid.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// The trials could not be run.
-    #[error(transparent)]
-    Campaign(#[from] CampaignError),
-    /// The Cramér–Rao limit could not be computed.
-    #[error("no Cramér–Rao limit: {0}")]
-    Bound(#[from] BoundError),
-}
-
-/// Returns the document without the motion of the rotor that its file sets, and the speed in words. None if the file sets no speed, or if overrides ask
-/// for a rotor that may turn: a check judges a rotor that stands, locked and free.
-pub fn standing(document: &Document) -> Option<(Document, String)> {
-    let speed = document.get("rotor.speed").filter(|_| document.origin("rotor.speed").is_none())?;
-    let speed = speed.as_str().map_or_else(|| speed.to_string(), str::to_owned);
-    let state = document.get("rotor.state").filter(|_| document.origin("rotor.state").is_some());
-    if state.is_some_and(|state| ["free", "driven"].map(Some).contains(&state.as_str())) {
-        return None;
-    }
-    let mut document = document.clone();
-    document.remove("rotor.speed");
-    document.remove("rotor.acceleration");
-    Some((document, speed))
 }
 
 impl Suitability {

@@ -189,6 +189,9 @@ impl Table {
     }
 }
 
+/// A column for Python: its kind, its cells and, if some are empty, which.
+type Column<'py> = (&'static str, Bound<'py, PyAny>, Option<Bound<'py, PyAny>>);
+
 #[pymethods]
 impl Table {
     /// Names of the columns, in their order.
@@ -201,12 +204,11 @@ impl Table {
     }
 
     /// Kind, cells and which of them are empty, of a column; nothing if there is no such column.
-    #[allow(clippy::type_complexity, reason = "a tuple of Python")]
     fn column<'py>(
         &self,
         py: Python<'py>,
         name: &str,
-    ) -> PyResult<Option<(&'static str, Bound<'py, PyAny>, Option<Bound<'py, PyAny>>)>> {
+    ) -> PyResult<Option<Column<'py>>> {
         let Some((_, cells)) = self.columns.iter().find(|(known, _)| known == name) else { return Ok(None) };
         Ok(Some((cells.bytes().0, cells.numpy(py)?, cells.empty(py)?)))
     }

@@ -6,7 +6,7 @@ use standstill_plant::Motor;
 use standstill_scenario::{Document, Rotor};
 
 use super::bench::{Bench, Look, SEARCH, SPENT, Setting};
-use super::confirm::{Refused, Wanting};
+use super::confirm::{COUNTED, Refused, Wanting};
 use super::margins::{Demand, Margins};
 use super::search::{Found, SEARCHED, is_slow};
 use super::starts::{Spread, Starts};
@@ -64,10 +64,10 @@ impl Candidate {
     }
 
     /// Returns why fresh starts are run with these settings only after those of other methods, whose margins may be smaller; none if they are not.
-    pub fn why_late(&self) -> Option<&'static str> {
+    pub fn why_late(&self) -> Option<String> {
         match self.lateness() {
-            [true, _] => Some("its starts take a hundred times as long"),
-            [_, true] => Some("its wrong poles must be counted in 37,000 starts"),
+            [true, _] => Some("its starts take a hundred times as long".to_owned()),
+            [_, true] => Some(format!("its wrong poles must be counted in {COUNTED} starts")),
             _ => None,
         }
     }
@@ -296,8 +296,8 @@ impl Bench<'_> {
         Ok(None)
     }
 
-    /// Confirms the first of a method's looks that fresh starts do not refuse, of [`TRIED`] at most, each with its place. `failed` counts the
-    /// failed confirmations. If all are refused, returns the first that only wants starts; if there is none, the first.
+    /// Tries at most [`TRIED`] of a method's looks, each with its place, on fresh starts, and returns the first that these confirm. `failed` counts the
+    /// failed confirmations. If none is confirmed, returns a refusal: the first that more starts may lift, or else the first.
     pub fn settled<'a>(
         &self,
         looks: impl Iterator<Item = (usize, &'a Look)>,

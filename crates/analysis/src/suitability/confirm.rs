@@ -18,7 +18,7 @@ use super::starts::Starts;
 /// cases.
 const LOOKS: [u64; 2] = [500, 2000];
 /// Number of starts in which zero wrong poles show a share of at most one in ten thousand.
-const COUNTED: u64 = 37_000;
+pub const COUNTED: u64 = 37_000;
 /// Number of starts by which settings are sifted.
 const SIFTED: u64 = 300;
 /// Number of such starts for continuous injection, which takes a hundred times as long.

@@ -22,7 +22,7 @@ pub(super) struct Starts {
     pub failures: BTreeMap<String, u64>,
     /// Number of starts that end because the rotor turns or moves.
     pub turning: u64,
-    /// Of each start with an axis: by how much its angle misses the rotor's, in degrees with sign, if it has one, and its axis.
+    /// Errors with sign in degrees of each start with an axis: that of its angle, if it names one, and that of its axis.
     misses: Vec<(Option<f64>, f64)>,
     /// Time of the longest detection in s.
     pub longest_s: f64,
@@ -170,7 +170,7 @@ impl Starts {
             }
             Spread::OverAngles => {
                 let [lowest, q5, q25] = [0.0, 0.05, 0.25].map(|share| self.quantile(share));
-                // Where the angle bounds the evidence from below, the normal distribution's tail is too long.
+                // The evidence has a lower bound over the angles, which a normal distribution does not have.
                 (q5 - 0.70 * (q25 - q5)).max(lowest - (q5 - lowest))
             }
             Spread::Normal => {

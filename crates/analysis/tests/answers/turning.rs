@@ -208,8 +208,8 @@ fn regress_a_direction_that_samples_cannot_know_is_not_stated() {
     }
 }
 
-/// Where south draws more current, the voltage that a turning magnet induces speaks for the other pole. Pulses whose current circulates for
-/// milliseconds turn a free rotor.
+/// If south draws more current, the voltage that a turning magnet induces favours the wrong pole. A current that circulates for milliseconds
+/// turns a free rotor.
 #[test]
 fn regress_line_pulses_name_no_pole_that_a_turning_rotor_has_left() {
     let checks = ("detector.checks", "[\"inductance\", \"both-ways\"]");

@@ -1,4 +1,4 @@
-//! What a page to sign must not pass, and what counts for a claim.
+//! Limits that a qualification must not pass, and starts that count for a claim.
 
 use super::*;
 

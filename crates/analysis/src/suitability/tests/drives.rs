@@ -85,7 +85,7 @@ fn law_the_least_evidence_of_a_normal_distribution_is_its_first_percentile() {
     starts.summary.wrong_poles = 1;
     let counted = standstill_campaign::binomial_interval(1, 40_000).high;
     assert_eq!(starts.wrong_poles_at_most(), counted);
-    // Where the angle bounds it from below, no start has less: the arcs of the six directions.
+    // Evidence with a lower bound over the angles, as between two of six directions: the estimate stays near this bound.
     starts.spread = starts::Spread::OverAngles;
     starts.evidence =
         (0..200).map(|k| 2.3 + 4.0 * standstill_numeric::sin(f64::from(k) * 0.5 / 200.0)).collect();
@@ -192,7 +192,7 @@ fn regress_an_injection_too_weak_for_an_axis_is_no_limit_of_the_vectors() {
     assert!(found.stop.is_some(), "the link of 48 V drives more");
 }
 
-/// Where the pulse that the user gave is too short for the poles, the pulse is what is wrong, and no sensor.
+/// If the given pulse is too short to tell the poles, `check` advises another pulse and no other sensor.
 #[test]
 fn regress_a_given_pulse_is_left_to_the_search_before_anything_is_bought() {
     let document = sheet("saturation = \"5 %\"", &[BIPOLAR, ("detector.pulse", "20 us")]);

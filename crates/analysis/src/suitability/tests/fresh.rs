@@ -135,7 +135,7 @@ fn law_too_few_starts_refute_nothing() {
     assert_eq!(missed.wanting, None);
 }
 
-/// Of several settings the first that fresh starts confirm is taken, of three at most.
+/// At most three settings are tried on fresh starts, and the first that these confirm is taken.
 #[test]
 fn law_the_first_settings_that_fresh_starts_confirm_are_taken() {
     let (document, found) = &*SUITED;

@@ -94,7 +94,7 @@ fn unsuited(asked: &Checked<'_>) -> Vec<String> {
 
 /// Returns the command line of this `check` with one of the changes that were tried.
 fn changed(asked: &Checked<'_>, advice: &Advice) -> String {
-    // What the file sets, no option takes back.
+    // An option can be left out of the command; a key of the file cannot.
     let is_freed = |key: &str| advice.frees.iter().any(|freed| key.strip_prefix("detector.") == Some(freed));
     let keys = asked.keys.iter().filter(|(key, _)| !is_freed(key)).cloned().collect();
     let asked = &Checked { keys, ..*asked };

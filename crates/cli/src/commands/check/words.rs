@@ -1,10 +1,9 @@
 //! The answer of `check` as text and tables.
 
 mod motor;
+mod recommended;
 mod turning;
 mod unsuited;
-
-use std::fmt::Write as _;
 
 use standstill_analysis::{Candidate, Condition, Demand, Demands, Effort, Setting, Suitability, Suited};
 use standstill_detect::Method;
@@ -131,9 +130,9 @@ pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
     if let Some(candidate) = found.recommended() {
         let settings = settings(&candidate.settings, found.has_magnet && !found.pole_is_open());
         let settings = settings.into_iter().map(|(name, value)| (name.to_owned(), value));
-        let said = recommendation(candidate, found) + &with_more_room(candidate, found);
+        let said = recommended::sentence(candidate, found) + &recommended::with_more_room(candidate, found);
         blocks.extend([Block::Text(said), Block::Facts(settings.collect())]);
-        blocks.extend(confirmed(found).map(Block::Text));
+        blocks.extend(recommended::confirmed(found).map(Block::Text));
         blocks.extend(turning::said(asked).map(Block::Text));
     }
     blocks.extend(unsuited::blocks(found));
@@ -150,101 +149,6 @@ fn untried(asked: &Checked<'_>) -> Option<String> {
     let (untried, effort) = (&asked.found.untried, asked.effort.name());
     (!untried.is_empty())
         .then(|| format!("Not tried, as the work of --effort {effort} was done: {}.", untried.join("; ")))
-}
-
-fn recommendation(candidate: &Candidate, found: &Suitability) -> String {
-    let method = candidate.setting.method;
-    // No other rotor has a demand on its movement.
-    let is_free = found.rotor.is_none_or(|rotor| rotor == Rotor::Free);
-    let mut and = if is_free { " and in movement" } else { "" }.to_owned();
-    if matches!(found.condition, Some(Condition::Saturation { .. })) {
-        and += ", at the worse of both saturations (the table has the smaller one)";
-    }
-    let mut said = if candidate.margin().is_finite() {
-        format!(
-            "Recommended: {method}, {} times better than demanded in error{and}",
-            factor(candidate.margin())
-        )
-    } else {
-        // Sectors of a rotor that is held.
-        format!("Recommended: {method}, 95 of 100 starts within the sector that they name")
-    };
-    if let (Some(margins), Some(demand)) = (candidate.margins, candidate.binding) {
-        let _ = write!(said, ". What binds is {demand}: {}", kept(demand, margins.binding().1));
-    }
-    said + "."
-}
-
-/// Returns the sentence on the method whose few starts have more room than those of the recommended one, and why it is not recommended; empty if
-/// there is none.
-fn with_more_room(recommended: &Candidate, found: &Suitability) -> String {
-    let margin = recommended.margin();
-    let others = found.candidates.iter().filter(|of| of.objections.is_empty() && of.margin() > 1.05 * margin);
-    let best = others.filter_map(|of| Some((of, of.why_late()?)));
-    best.max_by(|(a, _), (b, _)| a.margin().total_cmp(&b.margin())).map_or_else(String::new, |(other, why)| {
-        let method = other.method();
-        format!(
-            " {method} has more room in the few starts of the table, {} times, but {why}: `-s detector.method={method}` judges it alone.",
-            factor(other.margin())
-        )
-    })
-}
-
-/// Formats the margin by which a demand is met.
-fn kept(demand: Demand, margin: f64) -> String {
-    match demand {
-        Demand::Error | Demand::Movement | Demand::Time => {
-            format!("{:.0} % of what is allowed", 100.0 / margin)
-        }
-        Demand::Current => format!("{:.0} % of what may flow", 100.0 / margin),
-        Demand::Pole => format!("in 99 of 100 starts {:.0} % of what a decision needs", 100.0 * margin),
-        Demand::Answers => "too many end without an angle".to_owned(),
-    }
-}
-
-/// Returns the sentence on the results of fresh starts; none if there were no fresh starts.
-fn confirmed(found: &Suitability) -> Option<String> {
-    let (fresh, candidate) = (found.confirmed()?, found.recommended()?);
-    let mut states = match found.rotor {
-        None => "with the rotor locked and free".to_owned(),
-        Some(Rotor::Brake) => "with a brake that holds the rotor".to_owned(),
-        Some(rotor) => format!("with the rotor {}", rotor.name()),
-    };
-    if let Some(Condition::Saturation { least, most, .. }) = found.condition {
-        let _ = write!(states, ", with both saturations of {} and {}", percent(least), percent(most));
-    }
-    let poles = fresh.wrong_poles_at_most.map_or_else(String::new, |most| match fresh.counted {
-        Some(starts) => format!("; {} wrong poles in {starts}, at most {}", fresh.wrong_poles, share(most)),
-        None => format!(
-            "; {} wrong poles, at most {} if their evidence is normally distributed",
-            fresh.wrong_poles,
-            share(most)
-        ),
-    });
-    let sectors = [&candidate.locked, &candidate.free].iter().any(|summary| summary.sectors.is_some());
-    let beyond = if sectors { " beyond their sectors" } else { "" };
-    let without = if fresh.wrong_poles_at_most.is_some() { "an angle or a pole" } else { "an angle" };
-    let moved = movement(found.rotor, fresh.moved_deg);
-    Some(format!(
-        "On {} fresh starts {states} (seed {}): 95 of 100 errors within {:.2}°{beyond}, at most {} without {without} ({:.0} % confidence each){poles}. {moved}{} A flowed at most.",
-        fresh.starts,
-        fresh.seed,
-        fresh.p95_at_most_deg,
-        share(fresh.without_angle_at_most),
-        100.0 * fresh.confidence,
-        amperes(fresh.peak_current_a),
-    ))
-}
-
-/// Returns the part of that sentence on the rotor's movement; empty for one that does not move, or is driven.
-fn movement(rotor: Option<Rotor>, moved_deg: f64) -> String {
-    match rotor {
-        None | Some(Rotor::Free) => format!("A free rotor moved by {moved_deg:.3}° at most; "),
-        Some(Rotor::Brake) if moved_deg > 0.0 => format!(
-            "The rotor moved by {moved_deg:.3}° at most in the play of its brake, which does not count as the movement of a free rotor; "
-        ),
-        _ => String::new(),
-    }
 }
 
 /// Formats a small share.
@@ -373,16 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn law_the_play_of_a_brake_moves_no_free_rotor() {
-        assert!(movement(None, 0.5).starts_with("A free rotor moved by 0.500°"));
-        let brake = movement(Some(Rotor::Brake), 2.0);
-        assert!(
-            brake.contains("2.000°") && brake.contains("play of its brake") && !brake.contains("A free"),
-            "{brake}"
-        );
-        for (rotor, moved) in [(Rotor::Brake, 0.0), (Rotor::Locked, 0.0), (Rotor::Driven, 40.0)] {
-            assert_eq!(movement(Some(rotor), moved), "");
-        }
+    fn law_the_free_column_has_the_name_of_the_state_that_is_judged() {
         let heads = |rotor| Table::new(columns_of_check(rotor)).judged([]).within(140, false);
         assert!(
             heads(Some(Rotor::Brake)).contains("p95 ° brake")

@@ -1,6 +1,6 @@
 //! Comparison of a run's starts with the demands of `check`.
 
-use standstill_analysis::Demands;
+use standstill_analysis::{COUNTED, Demands};
 use standstill_campaign::{Summary, binomial_interval};
 use standstill_quantity::at_most;
 use standstill_scenario::Rotor;
@@ -102,9 +102,6 @@ pub fn whose() -> String {
     )
 }
 
-/// Number of starts in which zero wrong poles show that their share is at most the allowed one.
-const ENOUGH: u64 = 37_000;
-
 /// Returns the sentence with the command that shows why a demand is not met; `wrong`, `silent`: wrong poles, or starts without an answer, are why.
 pub fn why(run: &FinishedRun, wrong: bool, silent: bool) -> String {
     let folder = quoted(&run.folder.display().to_string());
@@ -120,7 +117,7 @@ pub fn why(run: &FinishedRun, wrong: bool, silent: bool) -> String {
 pub fn more(run: &FinishedRun) -> String {
     let folder = quoted(&run.folder.display().to_string());
     format!(
-        "{ENOUGH} starts show all of it if they go on so: `standstill run scenario.toml --trials {ENOUGH} --resume --out {folder}` (scenario.toml: the run's own file, or the scenario on its page); `standstill odds scenario.toml` finds rare wrong poles with fewer"
+        "{COUNTED} starts show all of it if they go on so: `standstill run scenario.toml --trials {COUNTED} --resume --out {folder}` (scenario.toml: the run's own file, or the scenario on its page); `standstill odds scenario.toml` finds rare wrong poles with fewer"
     )
 }
 

@@ -1,0 +1,18 @@
+//! A scenario whose rotor stands, which is what a check judges.
+
+use standstill_scenario::Document;
+
+/// Returns the document without the motion of the rotor that its file sets, and the speed in words. None if the file sets no speed, or if overrides ask
+/// for a rotor that may turn: a check judges a rotor that stands, locked and free.
+pub fn standing(document: &Document) -> Option<(Document, String)> {
+    let speed = document.get("rotor.speed").filter(|_| document.origin("rotor.speed").is_none())?;
+    let speed = speed.as_str().map_or_else(|| speed.to_string(), str::to_owned);
+    let state = document.get("rotor.state").filter(|_| document.origin("rotor.state").is_some());
+    if state.is_some_and(|state| ["free", "driven"].map(Some).contains(&state.as_str())) {
+        return None;
+    }
+    let mut document = document.clone();
+    document.remove("rotor.speed");
+    document.remove("rotor.acceleration");
+    Some((document, speed))
+}
