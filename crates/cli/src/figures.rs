@@ -17,6 +17,8 @@ mod fit;
 mod odds;
 mod parts;
 mod require;
+#[cfg(test)]
+pub mod tests;
 mod tune;
 
 pub use budget::{Bar, over_angle, shares};

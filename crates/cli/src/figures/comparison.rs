@@ -30,6 +30,9 @@ struct Series {
 /// Styles by which a reader can distinguish conditions in one panel; black crosses are reserved for the limits.
 const STYLES: [Style; 5] = [Style::Blue, Style::Vermilion, Style::Orange, Style::Green, Style::Purple];
 
+/// Least height in pixels: on a narrow page title, subtitle and legend of one method take several lines each.
+const LEAST_HEIGHT: f64 = 340.0;
+
 fn condition(entry: &Entry) -> String {
     let errors = match entry.errors {
         ErrorSet::None => "no errors".to_owned(),
@@ -43,12 +46,8 @@ fn conditions(entries: &[&Entry]) -> Vec<String> {
     each_once(entries.iter().map(|entry| condition(entry)))
 }
 
-fn log(degrees: f64) -> f64 {
-    if degrees > 0.0 { degrees.log10() } else { f64::NAN }
-}
-
 fn limit(entry: &Entry) -> f64 {
-    entry.limit().map_or(f64::NAN, log)
+    entry.limit().unwrap_or(f64::NAN)
 }
 
 /// Draws the error of each method under each set of conditions on a logarithmic axis: the rms, a line to the 95th
@@ -78,9 +77,11 @@ pub fn comparison(entries: &[Entry], subtitle: String, open: bool) -> Figure {
     let drawn: Vec<&Entry> = entries.iter().filter(|entry| has_axis(&entry.method)).collect();
     let values = drawn
         .iter()
-        .flat_map(|entry| [log(entry.summary.rms_deg.value), log(entry.summary.p95_deg.value), limit(entry)]);
+        .flat_map(|entry| [entry.summary.rms_deg.value, entry.summary.p95_deg.value, limit(entry)])
+        // Zero has no place on a logarithmic axis.
+        .filter(|degrees| *degrees > 0.0);
     let (low, high) = ends(values);
-    let ends = if low <= high { (low, high) } else { (-2.0, 1.0) };
+    let ends = if low <= high { (low, high) } else { (0.01, 10.0) };
     let mut groups: Vec<Vec<&Entry>> = vec![drawn.clone()];
     if conditions(&groups[0]).len() > STYLES.len() {
         groups.clear();
@@ -95,7 +96,7 @@ pub fn comparison(entries: &[Entry], subtitle: String, open: bool) -> Figure {
     let heights: f64 = panels.iter().map(|panel| panel.weight).sum();
     // Of some hundred pixels.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let height = (120.0 + 50.0 * panels.len() as f64 + heights).min(4000.0) as u32;
+    let height = (120.0 + 50.0 * panels.len() as f64 + heights).clamp(LEAST_HEIGHT, 4000.0) as u32;
     Figure::new(
         "Methods compared: marker at the rms error, line to the 95th percentile",
         subtitle,
@@ -126,16 +127,15 @@ fn panel(entries: &[&Entry], (low, high): (f64, f64), open: bool) -> Panel {
         range.map_or_else(|| name.to_owned(), |range| format!("{name}, {range} {did}"))
     };
     let names = methods.iter().rev().enumerate().map(|(k, name)| (k as f64, named(name))).collect();
-    let x = Axis { ticks: decades(low, high), ..Axis::new("error of the axis (° electrical)") };
+    let x = Axis::new("error of the axis (° electrical)").log10().range(low / 1.25, high * 1.25);
     let y = Axis { ticks: Ticks::Named(names), ..Axis::new("") };
-    let x = x.range(low - 0.1, high + 0.1);
     let mut panel = Panel::new(x, y.range(-0.6, methods.len() as f64 - 0.4));
     panel.weight = (methods.len() * (24 + 13 * conditions.len())) as f64;
     let mut limits = Vec::new();
     let mut series: Vec<Series> = Vec::new();
     for entry in entries {
         let Place { y, label, style } = row(entry);
-        let [rms, p95] = [entry.summary.rms_deg.value, entry.summary.p95_deg.value].map(log);
+        let [rms, p95] = [entry.summary.rms_deg.value, entry.summary.p95_deg.value];
         let known = series.iter().position(|known| known.label == label).unwrap_or_else(|| {
             series.push(Series { label, style, points: Vec::new(), failing: Vec::new(), ways: Vec::new() });
             series.len() - 1
@@ -163,17 +163,4 @@ fn panel(entries: &[&Entry], (low, high): (f64, f64), open: bool) -> Panel {
         panel = panel.with(Layer::Points { label, points: limits, style: Style::Black });
     }
     panel
-}
-
-/// Returns ticks at 1, 2 and 5 times the powers of ten between two exponents.
-fn decades(low: f64, high: f64) -> Ticks {
-    // The exponents of an error in degrees.
-    #[allow(clippy::cast_possible_truncation)]
-    let exponents = (low.floor() as i32)..=(high.ceil() as i32);
-    let few = high - low > 3.0;
-    let ticks = exponents.flat_map(|exponent| {
-        let steps: &[f64] = if few { &[1.0] } else { &[1.0, 2.0, 5.0] };
-        steps.iter().map(move |step| step * 10.0_f64.powi(exponent))
-    });
-    Ticks::Named(ticks.map(|value| (value.log10(), format!("{value}"))).collect())
 }

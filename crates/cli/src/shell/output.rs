@@ -157,6 +157,8 @@ impl Output {
 
     /// Writes a figure in two formats: `NAME.svg` and `NAME.png`.
     pub fn figure(&mut self, name: &str, figure: &Figure) -> Result<(), Error> {
+        #[cfg(test)]
+        crate::figures::tests::seen(name, figure);
         self.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
         self.file(&format!("{name}.png"), &figure.png()?)
     }

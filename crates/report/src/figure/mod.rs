@@ -34,6 +34,7 @@ mod chart;
 mod colour;
 mod extent;
 mod heat;
+mod labels;
 mod layers;
 mod legend;
 mod letters;

@@ -83,20 +83,38 @@ pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// Breaks a text into lines no wider than `limit`, if its words allow it.
+/// Breaks a text into lines no wider than `limit`, between its words. If one of them is wider, such as a path, sets the text as [`fit`] does.
 pub(super) fn wrap(text: &str, em: f64, limit: f64) -> Vec<String> {
+    if text.split_whitespace().any(|word| width(word, em) > limit) {
+        return fit(text, em, limit);
+    }
     lines(text, &[], em, limit, str::to_owned)
 }
 
-/// Sets a text in lines like [`wrap`], but cuts long words, first after their hyphens, points and underscores.
+/// Sets a text in lines like [`wrap`], but cuts long words, first after their hyphens, points and underscores. The point of a
+/// number is not such a place.
 pub(super) fn fit(text: &str, em: f64, limit: f64) -> Vec<String> {
     lines(text, &['-', '.', '_', '/', '='], em, limit, |part| shorten(part, em, limit))
+}
+
+/// Returns the parts of a word, of which each but the last ends with a joint. After a joint before a digit the word goes on.
+fn parts<'a>(word: &'a str, joints: &[char]) -> Vec<&'a str> {
+    let (mut parts, mut start) = (Vec::new(), 0);
+    for (at, joint) in word.match_indices(joints) {
+        let end = at + joint.len();
+        if !word[end..].starts_with(|next: char| next.is_ascii_digit()) && end < word.len() {
+            parts.push(&word[start..end]);
+            start = end;
+        }
+    }
+    parts.push(&word[start..]);
+    parts
 }
 
 fn lines(text: &str, joints: &[char], em: f64, limit: f64, alone: impl Fn(&str) -> String) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
-        for (index, part) in word.split_inclusive(joints).enumerate() {
+        for (index, part) in parts(word, joints).into_iter().enumerate() {
             let blank = if index == 0 { " " } else { "" };
             match lines.last_mut() {
                 Some(line) if width(&format!("{line}{blank}{part}"), em) <= limit => {
@@ -125,6 +143,17 @@ pub(super) fn shorten(text: &str, em: f64, limit: f64) -> String {
     "…".to_owned()
 }
 
+/// Returns the text if it is no wider than `limit`, otherwise its beginning and its end around an ellipsis.
+pub(super) fn shorten_within(text: &str, em: f64, limit: f64) -> String {
+    let letters: Vec<char> = text.chars().collect();
+    let of = |kept: usize| -> String {
+        let (first, last) = (kept.div_ceil(2), kept / 2);
+        letters[..first].iter().chain(&['…']).chain(&letters[letters.len() - last..]).collect()
+    };
+    let shorter = (0..letters.len()).rev().map(of).find(|shorter| width(shorter, em) <= limit);
+    if width(text, em) <= limit { text.to_owned() } else { shorter.unwrap_or_else(|| "…".to_owned()) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -148,9 +177,18 @@ mod tests {
     }
 
     #[test]
+    fn regress_a_path_is_broken_between_its_folders() {
+        let lines = wrap("of /home/someone/traces/six_vectors.csv", 10.0, 100.0);
+        assert!(lines.len() > 1 && lines.iter().all(|line| width(line, 10.0) <= 100.0), "{lines:?}");
+        assert_eq!(lines.concat().replace(' ', ""), "of/home/someone/traces/six_vectors.csv");
+    }
+
+    #[test]
     fn law_long_names_are_cut_at_their_joints_before_they_are_shortened() {
         assert_eq!(fit("maximum-likelihood", 10.0, 70.0), ["maximum-", "likelihood"]);
         assert_eq!(fit("two 2.5", 10.0, 70.0), ["two 2.5"]);
+        assert_eq!(fit("0.25", 10.0, 20.0).len(), 1);
+        assert_eq!(fit("sensors.noise", 10.0, 50.0), ["sensors.", "noise"]);
         let cut = fit("Donaudampfschifffahrt", 10.0, 70.0);
         assert!(cut.len() == 1 && cut[0].ends_with('…') && width(&cut[0], 10.0) <= 70.0, "{cut:?}");
     }

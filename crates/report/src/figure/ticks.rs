@@ -3,7 +3,7 @@
 use super::axis::{Axis, AxisScale, Scale, Tick, Ticks};
 use super::chart::{SMALL, SMALL_LINE};
 use super::number::superscript;
-use super::text::{fit, shorten, widest};
+use super::text::{fit, shorten, shorten_within, widest};
 use plotters::coord::ranged1d::{BoldPoints, Ranged};
 use plotters::coord::types::RangedCoordf64;
 use standstill_numeric::whole;
@@ -53,10 +53,16 @@ pub(super) fn vertical(axis: &Axis, range: (f64, f64), height: f64, wide: f64) -
     let mut named = shown(names, range);
     let gap = named.windows(2).map(apart).fold(height, f64::min);
     thin_out(&mut named, gap);
-    for tick in &mut named {
-        let lines = fit(&tick.text, SMALL, wide);
+    let set = |text: &str, shorten: fn(&str, f64, f64) -> String| {
+        let lines = fit(text, SMALL, wide);
         let fits = lines.len() as f64 * SMALL_LINE <= gap.max(SMALL_LINE);
-        tick.text = if fits { lines.join("\n") } else { shorten(&tick.text, SMALL, wide) };
+        if fits { lines.join("\n") } else { shorten(text, SMALL, wide) }
+    };
+    let short: Vec<String> = named.iter().map(|tick| set(&tick.text, shorten)).collect();
+    for (tick, text) in named.iter_mut().zip(&short) {
+        // Names that begin alike still differ.
+        let is_alone = short.iter().filter(|other| *other == text).count() == 1;
+        tick.text = if is_alone { text.clone() } else { set(&tick.text, shorten_within) };
     }
     named
 }
@@ -227,6 +233,17 @@ mod tests {
     fn texts(axis: &Axis, (first, last): (f64, f64)) -> Vec<String> {
         let ticks = numbers(axis, (first, last), 5.0, |ticks| ticks.len() <= 12);
         ticks.into_iter().map(|tick| tick.text).collect()
+    }
+
+    #[test]
+    fn regress_names_that_begin_alike_differ_when_they_are_shortened() {
+        let names = ["maximum-likelihood", "maximum-likelihood-adaptive", "bipolar"];
+        let axis = Axis::categories("", names.map(str::to_owned));
+        let ticks = vertical(&axis, (-0.5, 2.5), 60.0, 80.0);
+        let texts: Vec<&str> = ticks.iter().map(|tick| tick.text.as_str()).collect();
+        assert!(texts[0] != texts[1] && texts[2] == "bipolar", "{texts:?}");
+        assert!(ticks.iter().all(|tick| text_width(tick) <= 80.0), "{texts:?}");
+        assert!(texts[1].starts_with('m') && texts[1].ends_with('e'), "{texts:?}");
     }
 
     #[test]
