@@ -236,10 +236,12 @@ impl<T: Real> MaximumLikelihood<T> {
         let gains = significance::of_lines(s.gain_tolerance * s.gain_tolerance / two);
         let spread = plain.most_variance(&covariance) + gains;
         let (train, margin) = (self.train.settings, &mut self.train.margin);
-        let moved = self.combined.check_movement(margin, plain.axis, variance, s.saliency);
-        moved.or_else(|fault| {
-            s.check_saliency(margin, &plain, significance::known(spread), &train).and(Err(fault))
-        })?;
+        if s.plausibility.checks.has(Check::Turning) {
+            let moved = self.combined.check_movement(margin, plain.axis, variance, s.saliency);
+            moved.or_else(|fault| {
+                s.check_saliency(margin, &plain, significance::known(spread), &train).and(Err(fault))
+            })?;
+        }
         self.combined.add(&Said {
             lines: fit.inductance,
             variance,

@@ -171,12 +171,12 @@ fn law_more_trains_leave_less_uncertain() {
 }
 
 #[test]
-fn law_a_rotor_that_moves_between_trains_is_a_fault() {
+fn law_a_rotor_that_moves_between_trains_is_a_fault_where_it_is_looked_for() {
     let mut settings = MaximumLikelihoodSettings::<f64>::adaptive(&nameplate());
     if let Some(adaptive) = &mut settings.adaptive {
         adaptive.deviation = 1e-6;
     }
-    let turned = |degrees: f64| {
+    let turned = |settings, degrees: f64| {
         let mut motor = LineMotor { deviation: 1e-3, ..LineMotor::at(77.0) };
         detect(settings, &mut motor, |motor| {
             if motor.pulses.len() == 6 {
@@ -184,10 +184,15 @@ fn law_a_rotor_that_moves_between_trains_is_a_fault() {
             }
         })
     };
-    assert!(matches!(turned(0.0), Outcome::Found { .. }));
+    assert!(matches!(turned(settings, 0.0), Outcome::Found { .. }));
     for degrees in [3.0, -3.0, 90.0] {
-        let outcome = turned(degrees);
+        let outcome = turned(settings, degrees);
         assert!(matches!(outcome, Outcome::Failed { fault: Fault::RotorMoves { .. }, .. }), "{outcome:?}");
+    }
+    settings.pulses.plausibility.checks = settings.pulses.plausibility.checks.without(Check::Turning);
+    for degrees in [3.0, 90.0] {
+        let outcome = turned(settings, degrees);
+        assert!(!matches!(outcome, Outcome::Failed { fault: Fault::RotorMoves { .. }, .. }), "{outcome:?}");
     }
 }
 

@@ -5,7 +5,7 @@
 
 use standstill_interface::{Command, Fault, Nanos, Phase, Reading, Real, Sampling, Stage};
 
-use super::{PulseTrainSettings, Train};
+use super::{Place, PulseTrainSettings, Train};
 use crate::nameplate::Nameplate;
 
 /// Waits at most after a pulse, each for as long as terminals may ring.
@@ -58,7 +58,7 @@ impl<T: Real> Train<T> {
         let mut squares = T::zero();
         for reading in readings {
             let seen = self.seen(reading)?;
-            for phase in Phase::ALL {
+            for &phase in self.read() {
                 let apart = seen[phase] - self.offset[phase];
                 squares = squares + apart * apart;
             }
@@ -66,9 +66,14 @@ impl<T: Real> Train<T> {
         Ok(squares / self.noise_freedom())
     }
 
+    /// Returns the phases whose noise is read by itself: a shunt in the link gives one reading, which stands for each phase.
+    fn read(&self) -> &'static [Phase] {
+        if self.settings.place == Place::InLink { &Phase::ALL[..1] } else { &Phase::ALL }
+    }
+
     /// Returns the degrees of freedom with which the noise is estimated.
     fn noise_freedom(&self) -> T {
-        T::of(f64::from(self.settings.zeroing.saturating_sub(1).max(1)) * 3.0)
+        T::of((usize::from(self.settings.zeroing.saturating_sub(1).max(1)) * self.read().len()) as f64)
     }
 
     /// Judges readings after a pulse: whether what its end has left, of the line's current and of the charge of the terminals, which rings
@@ -79,7 +84,7 @@ impl<T: Real> Train<T> {
         for reading in readings {
             left = self.beyond_offset(reading)?;
             let seen = self.seen(reading)?;
-            for phase in Phase::ALL {
+            for &phase in self.read() {
                 let apart = seen[phase] - self.offset[phase];
                 (squares, count) = (squares + apart * apart, count + T::one());
             }

@@ -215,6 +215,32 @@ fn law_shunts_that_show_no_ringing_wait_for_it_once() {
 }
 
 #[test]
+fn analytic_a_shunt_in_the_link_is_one_reading_where_three_sensors_are_three() {
+    // Ten readings of ±10 mA give 9 degrees of freedom, or 27. Six standard deviations of the ratio to ten (or thirty) others: 1 + 6 √(2/10 + 2/9)
+    // = 4.9 times that variance, or 1 + 6 √(2/30 + 2/27) = 3.3 times. ±20 mA is 3.6 times (4 · 9/10).
+    let scattered = |size: f64| -> Vec<Reading<f64>> {
+        (0..10)
+            .map(|k| {
+                let current = 0.1 + if k % 2 == 0 { size } else { -size };
+                Reading { link_current: current, link_sensed: Sensed::Measured, ..reading([current; 3]) }
+            })
+            .collect()
+    };
+    for (place, waits) in [(Place::InLink, false), (Place::InLine, true)] {
+        let mut train =
+            Train::new(PulseTrainSettings { ringing: Nanos::from_micros(1000), place, ..SETTINGS });
+        assert_eq!(train.take(&[]), Ok(None));
+        let _ = train.next();
+        assert_eq!(train.take(&scattered(0.01)), Ok(None));
+        assert!((train.noise / (1e-4 * 10.0 / 9.0) - 1.0).abs() < 1e-9, "{place:?} {}", train.noise);
+        assert!(train.next().is_some_and(|command| command.then.is_some()));
+        (train.last_peak, train.waits) = (0.0, 1);
+        assert!(train.decayed(&scattered(0.02)).is_ok());
+        assert_eq!(train.waits > 0, waits, "{place:?}");
+    }
+}
+
+#[test]
 fn analytic_an_open_terminal_rings_with_half_the_link() {
     // 0.5 nF at 48 mH, 560 V, 30 µs: √(1.5 L C) = 6 µs; 280 V over 12 kΩ, less e^(−30/60), beside 560 V · 30 µs / 96 mH.
     let drive = Nameplate { d_axis_inductance: 38e-3, q_axis_inductance: 58e-3, ..crate::testing::PLATE };
