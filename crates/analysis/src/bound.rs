@@ -28,8 +28,8 @@ pub(crate) mod replay;
 
 use std::f64::consts::TAU;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use standstill_campaign::in_parallel;
 use standstill_detect::{Settings, SettingsError};
 use standstill_interface::{Command, Nanos};
 use standstill_inverter::{DcLink, GateTiming, Inverter};
@@ -42,9 +42,9 @@ use information::{Column, Information, Noise, Prior};
 use plant::Parameter;
 use replay::{LINK, TERMINAL, TIME, record, replay};
 use standstill_scenario::{Scenario, Specimen};
+use thiserror::Error;
 
 pub use plant::Unknown;
-use thiserror::Error;
 
 /// The commands of a detection that count for the bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -378,7 +378,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         };
         // Each time has one comparator: a higher threshold is an offset of all.
         let dwell = |sample: usize| offsets.iter().map(|offset| offset.slope[sample][TIME]).sum();
-        let dwell: Vec<f64> = (0..readings.value.len()).map(dwell).collect();
+        let dwell = (0..readings.value.len()).map(dwell).collect::<Vec<f64>>();
         Ok(Noise::new(sensors, readings, slope, &dwell))
     }
 }
@@ -387,12 +387,11 @@ impl<S: Settings<f64> + Sync> Bounds<'_, S> {
     /// Returns the bounds at this number of angles, evenly spaced from zero. Line inductances repeat every 60°, so numbers of
     /// angles without a factor of six cover more distinct cases.
     pub fn over(&self, angles: usize) -> Result<Option<Vec<Bound>>, BoundError> {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(self.threads.unwrap_or(0))
-            .build()
-            .map_err(|_| BoundError::Threads)?;
-        let angle = |number: usize| TAU * number as f64 / angles as f64;
-        pool.install(|| (0..angles).into_par_iter().map(|number| self.at(angle(number))).collect())
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads.unwrap_or(0)).build();
+        let pool = pool.map_err(|_| BoundError::Threads)?;
+        let at = |number: usize| self.at(TAU * number as f64 / angles as f64);
+        let bounds = pool.install(|| in_parallel((0..angles).collect(), &at))?;
+        Ok(bounds.into_iter().collect())
     }
 }
 

@@ -8,8 +8,7 @@ mod sources;
 
 use std::f64::consts::TAU;
 
-use rayon::prelude::*;
-use standstill_campaign::Estimate;
+use standstill_campaign::{Estimate, in_parallel};
 use standstill_numeric::sin_cos;
 use standstill_scenario::{FileError, Record};
 use standstill_sim::{Purpose, Streams, Tape};
@@ -268,12 +267,12 @@ impl Bench<'_> {
                 None => groups.push((start.codes, vec![k], vec![tape])),
             }
         }
-        let done = groups.into_par_iter().map(|(codes, numbers, tapes)| {
+        let done = in_parallel(groups, &|(codes, numbers, tapes)| {
             let (records, tapes) = self.trials.with_codes(codes).all_with_tapes(tapes, self.watch)?;
-            Ok((numbers, records, tapes))
-        });
+            Ok::<_, Halt<FileError>>((numbers, records, tapes))
+        })?;
         let mut errors = vec![None; starts.len()];
-        for (numbers, records, tapes) in done.collect::<Result<Vec<_>, Halt<FileError>>>()? {
+        for (numbers, records, tapes) in done {
             for ((k, record), tape) in numbers.into_iter().zip(&records).zip(tapes) {
                 errors[k] = Record::axis_error_deg(record);
                 starts[k].tape = tape;

@@ -10,9 +10,8 @@ mod tests;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use standstill_campaign::{Estimate, Statistics, one_sided_bounds};
+use standstill_campaign::{Estimate, Statistics, in_parallel, one_sided_bounds};
 use standstill_detect::Method;
 use standstill_interface::{Fault, Outcome};
 use standstill_numeric::{ln, ln_1p, whole};
@@ -373,7 +372,7 @@ pub(crate) fn in_blocks<T: Send>(
         watch.did(with.len() as u64);
         Ok(of(with, alone))
     };
-    (0..(trials.end - trials.start).div_ceil(at_once)).into_par_iter().map(block).collect()
+    in_parallel((0..(trials.end - trials.start).div_ceil(at_once)).collect(), &block)
 }
 
 /// Returns the records of these trials at the first point of a plan, in their order.

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use rayon::prelude::*;
+use standstill_campaign::in_parallel;
 use standstill_detect::Method;
 use standstill_scenario::{FileError, Plan, Record, Scenario, Verdict};
 use standstill_sim::{Adc, Arrangement, Tape};
@@ -131,15 +131,14 @@ impl<'a> Trials<'a> {
                 _ => parts.push(vec![tape]),
             }
         }
-        let parts = parts.into_par_iter().map(|part| {
+        let parts = in_parallel(parts, &|part| {
             if watch.stopped() {
                 return Err(Halt::Stopped);
             }
             let records = self.records(&part)?;
             watch.did(records.len() as u64);
             Ok((records, part))
-        });
-        let parts = parts.collect::<Result<Vec<_>, _>>()?;
+        })?;
         let (records, tapes): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
         Ok((records.into_iter().flatten().collect(), tapes.into_iter().flatten().collect()))
     }

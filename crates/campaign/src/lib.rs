@@ -11,12 +11,14 @@ mod campaign;
 mod engine;
 mod numerics;
 mod pace;
+mod parallel;
 mod plan;
 mod statistics;
 pub mod store;
 
 pub use campaign::{Campaign, CampaignError};
 pub use numerics::{NUMERICS, digests};
+pub use parallel::in_parallel;
 pub use plan::Glance;
 pub use statistics::{
     Apart, Estimate, Judgement, Occurrence, Sectors, Statistics, Summary, binomial_interval,

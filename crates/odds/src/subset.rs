@@ -18,8 +18,8 @@ mod chains;
 mod moves;
 mod population;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use standstill_campaign::in_parallel;
 use standstill_interface::choice;
 use standstill_sim::{Purpose, Streams, Tape};
 
@@ -265,7 +265,7 @@ fn first_level<S: System>(
 ) -> Result<Population, Halt<S::Error>> {
     const AT_ONCE: usize = 200;
     let starts: Vec<usize> = (0..settings.states as usize).step_by(AT_ONCE).collect();
-    let parts = starts.into_par_iter().map(|start| {
+    let parts = in_parallel(starts, &|start| {
         let end = (start + AT_ONCE).min(settings.states as usize);
         if watch.stopped() {
             return Err(Halt::Stopped);
@@ -285,8 +285,8 @@ fn first_level<S: System>(
             part.add(chain, Settings::key(number, 0, chain, 0), &State { value, tape, ancestor });
         }
         Ok(part)
-    });
-    Ok(Population::gathered(settings.seeds(), parts.collect::<Result<Vec<_>, _>>()?))
+    })?;
+    Ok(Population::gathered(settings.seeds(), parts))
 }
 
 /// Runs plain trials with the draws of a run's first level; returns the number of states in the event, and some of these states.

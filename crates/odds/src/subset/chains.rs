@@ -1,6 +1,6 @@
 //! Markov chains of one level of subset simulation.
 
-use rayon::prelude::*;
+use standstill_campaign::in_parallel;
 use standstill_sim::{Draws, Purpose, Streams, Strip, Tape};
 
 use super::moves::{Kind, Spread, Widths, Work, propose};
@@ -59,9 +59,7 @@ impl<'a> Level<'a> {
                 states.push(seed);
             }
         }
-        let walked =
-            parts.into_par_iter().map(|(first, states)| self.walk_part(system, first, states, watch));
-        let walked = walked.collect::<Result<Vec<_>, _>>()?;
+        let walked = in_parallel(parts, &|(first, states)| self.walk_part(system, first, states, watch))?;
         let mut work = Work::default();
         let mut populations = Vec::new();
         for (population, part) in walked {
