@@ -1,5 +1,6 @@
 mod arrangements;
 
+use rayon::prelude::*;
 use std::fmt::Write;
 
 use nalgebra::{Matrix3, Vector3};
