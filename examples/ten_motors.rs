@@ -1,118 +1,199 @@
-//! Motors from published sheets, from the sheet to a verdict: what `check` recommends is tried on fresh starts, divided among the
-//! states of the rotor and the ends of a range of saturation, and where it says "not suited", all pulses and rounds of a fine grid are tried too.
+//! Motors from published sheets, from the sheet to a verdict and the next command, as the program prints them: what `check` recommends is tried on fresh
+//! starts, divided among the states of the rotor and the ends of a range of saturation; where it says "not suited", an exhaustive search must
+//! find nothing either; and the next command is carried out.
 //!
 //! ```text
-//! cargo run --release --example ten_motors                     one motor, few starts
-//! cargo run --release --example ten_motors -- 20000            all of examples/motors and three of the library; docs/notes/ten-motors.md keeps this
-//! cargo run --release --example ten_motors -- 20000 hub.toml   sheets of your own
-//! cargo run --release --example ten_motors -- 2000 field quick another error set, another effort
+//! cargo build --release --bin standstill && cargo run --release --example ten_motors
+//!                                              one motor, few starts; then, after --,
+//! 20000                                        all of examples/motors, three of the library, and some on weaker drives: docs/notes/ten-motors.md keeps this
+//! 20000 weak                                   those on weaker drives alone
+//! 20000 hub.toml                               sheets of your own
+//! 2000 field quick                             another error set, another effort
 //! ```
+
+#[path = "ten_motors/grid.rs"]
+mod grid;
+#[path = "ten_motors/program.rs"]
+mod program;
 
 use std::path::{Path, PathBuf};
 
-use standstill_analysis::{Condition, Demands, Effort, Suitability, Suited};
+use grid::Grid;
+use program::{Checked, Program};
+use standstill_analysis::{Demands, Effort, Suited};
 use standstill_campaign::{Campaign, Summary};
 use standstill_interface::Choice;
+use standstill_plant::Motor;
 use standstill_scenario::{Document, ErrorSet, Origin};
 
 type Error = Box<dyn std::error::Error>;
 
 /// Seed of the fresh starts; settings were looked for and confirmed on others.
-const SEED: &str = "20261124";
+const SEED: u64 = 20_261_124;
+
+/// Of the library those with published sheets.
+const LIBRARY: [&str; 3] = ["pump-submersible", "drone-u8", "hub-hoverboard"];
+
+/// Drives that do not suffice for motors of the ten.
+const WEAK: [(&str, &[(&str, &str)]); 3] = [
+    ("mid-drive-36v", &[("sensors.bits", "8"), ("sensors.range", "200 A")]),
+    ("ipm-200kw", &[("inverter.dc_link", "6 V")]),
+    ("reluctance-10a", &[("sensors.bits", "6"), ("sensors.range", "100 A")]),
+];
+
+/// A motor on a drive.
+pub struct Case {
+    sheet: PathBuf,
+    /// What differs from the default drive.
+    keys: Vec<(String, String)>,
+    errors: ErrorSet,
+}
+
+impl Case {
+    fn name(&self) -> String {
+        let name = self.sheet.file_stem().unwrap_or_default().to_string_lossy();
+        self.keys.iter().fold(name.into_owned(), |name, (key, value)| format!("{name}, {key} {value}"))
+    }
+
+    /// The scenario, without a method.
+    fn document(&self) -> Result<Document, Error> {
+        let text = format!("motor = \"{}\"\nerrors = \"{}\"\n", self.sheet.display(), self.errors.name());
+        let mut document = Document::parse(Path::new("scenario"), &text)?;
+        for (key, value) in &self.keys {
+            document.set(key, value, Origin::CommandLine)?;
+        }
+        Ok(document)
+    }
+}
 
 fn main() -> Result<(), Error> {
     let mut arguments = std::env::args().skip(1);
     let starts = arguments.next().map(|text| text.parse::<u64>()).transpose()?;
-    let (mut asked, mut sheets) = (Asked::default(), Vec::new());
+    let (mut errors, mut effort, mut sheets, mut weak) =
+        (ErrorSet::Default, Effort::Normal, Vec::new(), false);
     for word in arguments {
         match (ErrorSet::named(&word), Effort::named(&word)) {
-            (Some(errors), _) => asked.errors = errors,
-            (_, Some(effort)) => asked.effort = effort,
-            _ => sheets.push(PathBuf::from(word)),
+            (Some(set), _) => errors = set,
+            (_, Some(asked)) => effort = asked,
+            _ if word == "weak" => weak = true,
+            _ => sheets.push(std::path::absolute(word)?),
         }
     }
-    if sheets.is_empty() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        for file in std::fs::read_dir(root.join("examples/motors"))? {
-            sheets.push(file?.path());
-        }
-        // Those that the library has.
-        let library = ["pump-submersible", "drone-u8", "hub-hoverboard"];
-        sheets.extend(library.map(|name| root.join(format!("crates/plant/motors/{name}.toml"))));
-        sheets.retain(|sheet| sheet.extension().is_some_and(|extension| extension == "toml"));
-        sheets.sort();
-        if starts.is_none() {
-            sheets.retain(|sheet| sheet.ends_with("servo-2310.toml"));
-        }
-    }
+    let plain = |sheet: PathBuf| Case { sheet, keys: Vec::new(), errors };
+    let cases: Vec<Case> = match (sheets.is_empty(), starts) {
+        (false, _) => sheets.into_iter().map(plain).collect(),
+        (true, None) => vec![plain(
+            published()?.into_iter().find(|sheet| sheet.ends_with("servo-2310.toml")).ok_or("servo")?,
+        )],
+        (true, Some(_)) if weak => on_weaker_drives(errors)?,
+        (true, Some(_)) => published()?.into_iter().map(plain).chain(on_weaker_drives(errors)?).collect(),
+    };
+    let program = Program::beside()?;
     println!(
-        "| motor | verdict | settings | p95 ° | wrong poles | undetermined | failed | moved ° | A of A | holds | processor s |"
+        "| motor | verdict | settings | p95 ° | wrong poles | undetermined | failed | moved ° | A of A | holds | next command | and then | processor s |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|{}", "---|".repeat(13));
     let mut all_hold = true;
-    for sheet in &sheets {
-        all_hold &= judged(sheet, asked, starts.unwrap_or(200))?;
+    for case in &cases {
+        let row = row(&program, case, effort, starts.unwrap_or(200))?;
+        println!("| {} | {} |", case.name(), row.cells.join(" | "));
+        all_hold &= row.holds;
     }
     if all_hold { Ok(()) } else { Err("what was said does not hold".into()) }
 }
 
-/// Errors of drive and sensors, and the work of a check.
-#[derive(Clone, Copy, Default)]
-struct Asked {
-    errors: ErrorSet,
-    effort: Effort,
+/// The published sheets: those of examples/motors and of the library.
+fn published() -> Result<Vec<PathBuf>, Error> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut sheets = Vec::new();
+    for file in std::fs::read_dir(root.join("examples/motors"))? {
+        sheets.push(file?.path());
+    }
+    sheets.extend(LIBRARY.map(|name| root.join(format!("crates/plant/motors/{name}.toml"))));
+    sheets.retain(|sheet| sheet.extension().is_some_and(|extension| extension == "toml"));
+    sheets.sort();
+    Ok(sheets)
 }
 
-/// One motor: a row of the table.
-fn judged(sheet: &Path, asked: Asked, starts: u64) -> Result<bool, Error> {
-    let text = format!("motor = \"{}\"\nerrors = \"{}\"\n", sheet.display(), asked.errors.name());
-    let document = Document::parse(Path::new("scenario"), &text)?;
-    let demands = Demands::default();
-    let began = processor_seconds();
-    let found = Suitability::of(&document, &demands, asked.effort, |_| {})?;
-    let seconds = processor_seconds() - began;
-    let name = sheet.file_stem().unwrap_or_default().to_string_lossy();
-    let verdict = match (&found.condition, found.suited()) {
-        (Some(Condition::Saturation { least, most, .. }), _) => {
-            format!("suited if saturation is {:.2} to {:.0} %", 100.0 * least, 100.0 * most)
+/// Motors of the ten on drives that do not suffice for them.
+fn on_weaker_drives(errors: ErrorSet) -> Result<Vec<Case>, Error> {
+    let sheets = published()?;
+    let case = |(name, keys): (&str, &[(&str, &str)])| {
+        let sheet = sheets.iter().find(|sheet| sheet.file_stem().is_some_and(|stem| stem == name));
+        let keys = keys.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+        Ok(Case { sheet: sheet.ok_or(name)?.clone(), keys, errors })
+    };
+    WEAK.into_iter().map(case).collect()
+}
+
+/// A row of the table, and whether what was said of the motor holds.
+struct Row {
+    cells: Vec<String>,
+    holds: bool,
+}
+
+/// One motor, from its sheet to the next command.
+fn row(program: &Program, case: &Case, effort: Effort, starts: u64) -> Result<Row, Error> {
+    let checked = program.check(case, effort)?;
+    let document = case.document()?;
+    let (mut cells, kept) = match (checked.suited, &checked.recommended) {
+        (Suited::Undecided, _) => {
+            (vec![format!("{}; not tried: {}", checked.verdict, checked.untried.join("; "))], true)
         }
-        (_, Suited::No | Suited::Undecided | Suited::Unknown) => found.suited().name().to_owned(),
-        (Some(Condition::Pole), _) => "axis only".to_owned(),
-        (None, _) => "suited".to_owned(),
+        (_, Some(keys)) => recommended(&checked, keys, document, starts)?,
+        (_, None) => unsuited(&checked, &document, starts)?,
     };
-    if found.suited() == Suited::Undecided {
-        let untried = found.untried.join("; ");
-        println!("| {name} | {verdict}; not tried: {untried} | | | | | | | | | {seconds:.0} |");
-        return Ok(true);
+    cells.resize(8, String::new());
+    let (next, then) = program.go_on(&checked)?;
+    let goes_on = then.is_some();
+    let holds = kept && goes_on;
+    let next = next.replace(
+        &case.sheet.display().to_string(),
+        &format!("{}.toml", case.sheet.file_stem().unwrap_or_default().display()),
+    );
+    cells.extend([
+        holds.to_string(),
+        format!("`{next}`"),
+        then.unwrap_or_else(|| "fails".to_owned()),
+        format!("{:.0}", checked.seconds),
+    ]);
+    Ok(Row { cells, holds })
+}
+
+/// Cells on a motor for which settings are recommended, after fresh starts with these; and whether they meet the demands.
+fn recommended(
+    checked: &Checked,
+    keys: &[(String, String)],
+    mut document: Document,
+    starts: u64,
+) -> Result<(Vec<String>, bool), Error> {
+    for (key, value) in keys {
+        document.set(key, value, Origin::CommandLine)?;
     }
-    let Some(recommended) = found.document(&document)? else {
-        let (tried, suffice) = exhaustive(&document, &demands, starts.min(200))?;
-        let helps: Vec<String> =
-            found.advice.iter().filter(|of| of.helps.is_some()).map(|of| of.change.clone()).collect();
-        let helps = if helps.is_empty() { "nothing that was tried".to_owned() } else { helps.join("; ") };
-        println!(
-            "| {name} | {verdict}; helps: {helps} | {tried} of a grid: {suffice} suffice | | | | | | | {} | {seconds:.0} |",
-            suffice == 0
-        );
-        return Ok(suffice == 0);
-    };
-    let candidate = found.recommended().ok_or("recommended")?;
-    let keys: Vec<String> =
-        candidate.setting.keys.iter().map(|(key, value)| format!("{key} {value}")).collect();
     // Where a range of saturation is the condition, both of its ends.
-    let mut ends = vec![recommended.clone()];
-    if let Some(Condition::Saturation { most, .. }) = found.condition {
-        let mut end = recommended;
-        end.set("motor.nameplate.saturation", &format!("{} %", 100.0 * most), Origin::CommandLine)?;
-        ends.push(end);
+    let mut ends = vec![document.clone()];
+    if let Some(range) = checked.saturation {
+        ends.clear();
+        for end in range {
+            let mut document = document.clone();
+            document.set(
+                "motor.nameplate.saturation",
+                &format!("{} %", standstill_quantity::rounded(end, 2)),
+                Origin::CommandLine,
+            )?;
+            ends.push(document);
+        }
     }
     let starts = starts / (2 * ends.len() as u64);
     let mut all = Vec::new();
     for document in &ends {
+        let motor = document.motor()?;
         for rotor in ["locked", "free"] {
-            all.push(summary(document, rotor, starts)?);
+            all.push(summary(document, &motor, rotor, starts)?);
         }
     }
+    let has_poles = checked.judges_poles && document.motor()?.has_magnet();
+    let demands = Demands::default();
     let largest = |of: fn(&Summary) -> f64| all.iter().map(of).fold(0.0, f64::max);
     let p95 = largest(|of| of.p95_deg.value);
     let peak = largest(|of| of.peak_current_a);
@@ -121,79 +202,71 @@ fn judged(sheet: &Path, asked: Asked, starts: u64) -> Result<bool, Error> {
     let failed = largest(|of| (of.failed + of.errors) as f64 / of.trials as f64);
     let wrong: u64 = all.iter().map(|of| of.wrong_poles).sum();
     let all: u64 = all.iter().map(|of| of.trials).sum();
-    let poles = found.has_magnet && !found.pole_is_open();
     let holds = p95 <= demands.error_deg
-        && (!poles
+        && (!has_poles
             || wrong as f64 <= demands.wrong_poles * all as f64 && undetermined <= demands.without_angle)
         && failed <= demands.without_angle
         && moved <= demands.movement_deg
-        && peak <= found.most_current_a;
-    let of_poles = if poles {
-        format!("{wrong} of {all} | {:.3} %", 100.0 * undetermined)
+        && peak <= checked.most_current_a;
+    let (wrong, undetermined) = if has_poles {
+        (format!("{wrong} of {all}"), format!("{:.3} %", 100.0 * undetermined))
     } else {
-        "no poles |".to_owned()
+        ("no poles".to_owned(), String::new())
     };
-    println!(
-        "| {name} | {verdict} | {} {} | {p95:.2} | {of_poles} | {:.3} % | {:.3} | {:.3} of {:.3} | {holds} | {seconds:.0} |",
-        candidate.method(),
-        keys.join(", "),
-        100.0 * failed,
-        moved,
-        peak,
-        found.most_current_a,
-    );
-    Ok(holds)
+    let settings: Vec<String> = keys.iter().map(|(key, value)| value_of(key, value)).collect();
+    let cells = vec![
+        checked.verdict.clone(),
+        settings.join(", "),
+        format!("{p95:.2}"),
+        wrong,
+        undetermined,
+        format!("{:.3} %", 100.0 * failed),
+        format!("{moved:.3}"),
+        format!("{peak:.3} of {:.3}", checked.most_current_a),
+    ];
+    Ok((cells, holds))
 }
 
-/// Processor time of this process so far in s, on Linux: fields 14 and 15 of `/proc/self/stat`, in hundredths.
-fn processor_seconds() -> f64 {
-    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields = text.rsplit(')').next().unwrap_or_default().split_whitespace().skip(11).take(2);
-    fields.filter_map(|field| field.parse::<f64>().ok()).sum::<f64>() / 100.0
+/// A key of the detector and its value in words: of the method the name alone.
+fn value_of(key: &str, value: &str) -> String {
+    match key.trim_start_matches("detector.") {
+        "method" => value.to_owned(),
+        key => format!("{key} {value}"),
+    }
 }
 
-/// What starts of a document showed.
-fn summary(document: &Document, rotor: &str, starts: u64) -> Result<Summary, Error> {
+/// Cells on a motor that no settings suit, after an exhaustive search; and whether that found nothing either.
+fn unsuited(checked: &Checked, document: &Document, starts: u64) -> Result<(Vec<String>, bool), Error> {
+    let helps =
+        if checked.helps.is_empty() { "nothing that was tried".to_owned() } else { checked.helps.join("; ") };
+    let verdict = format!("{}; helps: {helps}", checked.verdict);
+    let motor = document.motor()?;
+    if checked.suited == Suited::Unknown {
+        // Equation (1) has one inductance in each direction then: currents do not depend on the angle, whatever is ordered.
+        let said = "no search: with L_d = L_q each direction has the same inductance, and no reading depends on the angle";
+        let has_axis = (motor.winding.saliency / motor.winding.mean_inductance).abs() > 1e-3;
+        return Ok((vec![verdict, said.to_owned()], !has_axis));
+    }
+    let demands = Demands::default();
+    let found = Grid { document, motor: &motor, demands: &demands, starts }.search()?;
+    let methods: Vec<&str> = found.methods.iter().map(|method| method.name()).collect();
+    let nearest = found.nearest.map_or_else(String::new, |near| format!("; nearest: {}", near.said));
+    let said =
+        format!("{} settings of {}: {} suffice", found.tried, methods.join(", "), found.sufficing.len());
+    let said = if found.sufficing.is_empty() {
+        said + &nearest
+    } else {
+        format!("{said}: {}", found.sufficing.join("; "))
+    };
+    Ok((vec![verdict, said], found.sufficing.is_empty()))
+}
+
+/// What fresh starts of a document show.
+fn summary(document: &Document, motor: &Motor, rotor: &str, starts: u64) -> Result<Summary, Error> {
     let mut document = document.clone();
     document.set("rotor.state", rotor, Origin::CommandLine)?;
-    document.set("seed", SEED, Origin::CommandLine)?;
-    let scenario = document.unchecked_scenario_of(&document.motor()?)?;
+    document.set("seed", &SEED.to_string(), Origin::CommandLine)?;
+    let scenario = document.unchecked_scenario_of(motor)?;
     scenario.check()?;
     Ok(Campaign { scenario: &scenario, trials: starts, threads: None }.summary()?)
-}
-
-/// Methods, pulses and rounds of the grid for motors that are said not to be suited: how many there are, and how many suffice.
-fn exhaustive(document: &Document, demands: &Demands, starts: u64) -> Result<(usize, usize), Error> {
-    let motor = document.motor()?;
-    let (mut tried, mut suffice) = (0, 0);
-    let lengths: Vec<f64> =
-        (0..36).map(|step| 2e-6 * standstill_numeric::exp(0.25 * f64::from(step))).collect();
-    for method in ["bipolar", "maximum-likelihood", "line-inductance-fast"] {
-        for pulse in lengths.iter().filter(|pulse| **pulse <= 10e-3) {
-            for rounds in [2, 3, 5, 8, 14, 24, 40] {
-                let mut document = document.clone();
-                document.set("detector.method", method, Origin::CommandLine)?;
-                document.set("detector.pulse", &format!("{:.3} us", 1e6 * pulse), Origin::CommandLine)?;
-                document.set("detector.rounds", &rounds.to_string(), Origin::CommandLine)?;
-                // First the current alone: beyond what is allowed nothing needs to be tried.
-                let Ok(few) = summary(&document, "free", 8) else { continue };
-                tried += 1;
-                if few.peak_current_a > motor.rated_current
-                    || few.failed > 4
-                    || few.max_moved_deg > demands.movement_deg
-                {
-                    continue;
-                }
-                let all = summary(&document, "free", starts)?;
-                let without = (all.undetermined + all.failed + all.errors) as f64;
-                let holds = all.p95_deg.value <= demands.error_deg
-                    && all.wrong_poles == 0
-                    && without <= demands.without_angle * starts as f64
-                    && all.max_moved_deg <= demands.movement_deg
-                    && all.peak_current_a <= motor.rated_current;
-                suffice += usize::from(holds);
-            }
-        }
-    }
-    Ok((tried, suffice))
 }

@@ -174,7 +174,13 @@ faults() {
     cargo test -p standstill --test cli broken:: -- --include-ignored --nocapture 2>&1 | grep -E 'killed|calls failed|panicked|error|test result'
 }
 
+# From published sheets to verdict, fresh starts and next command; where nothing suits, an exhaustive search must find nothing either.
+ten_motors() {
+    cargo run --release --example ten_motors -- 2000
+}
+
 case " $parts " in *" faults "*) say "faults"; try faults ;; esac
+case " $parts " in *" long "*) say "ten motors"; try ten_motors ;; esac
 case " $parts " in *" long "*) say "tests that widen others"; try cargo test --workspace --lib --tests -- --ignored ;; esac
 
 say "summary"
