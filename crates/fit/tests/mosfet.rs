@@ -6,6 +6,7 @@ mod scope;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use rayon::prelude::*;
 use scope::mosfet::{Bench, Iron, drive, six_vectors};
 use scope::{Pulses, Scope};
 use standstill_fit::record::{LINK, Record};
@@ -27,6 +28,41 @@ fn off(pulses: &Pulses, scope: &Scope, fit: &Fit, name: &str) -> f64 {
     let (truth, [low, high]) = pulses.truth_of(one, scope).zip(one.interval).expect("known");
     let middle = scope::beside(low.midpoint(high), truth, one.unit, 360.0);
     (truth - middle).abs() / ((high - low) / 2.0)
+}
+
+/// How far truths are from the middles of their intervals, in half widths: of drawn motors, drives, noise and starts, and these names.
+fn offs<const N: usize>(iron: Iron, seeds: u64, names: [&str; N]) -> Vec<[f64; N]> {
+    let one = |seed: u64| {
+        let interval = 0.5e-6 * (1.0 + 0.08 * (0.618_033_988_75 * (seed + 1) as f64).fract());
+        let scope = Scope { interval, delay: 0.3e-6, ..Scope::of(32.0) };
+        let (pulses, fit) = found(&Bench::drawn(seed, iron), &scope, seed);
+        assert!(fit.converged && fit.misfit().is_none() && fit.pole.identified, "{seed}: {}", fit.widened);
+        names.map(|name| off(&pulses, &scope, &fit, name))
+    };
+    (0..seeds).into_par_iter().map(one).collect()
+}
+
+/// An interval contains the truth as often as it says, and is no wider than it need be. Of ten intervals of 95 % fewer than seven hold once in a
+/// thousand times; errors are 0.51 of a half width, as rms, if intervals are right. Without saturation also for a core of another law that the
+/// readings of eight bits do not tell from the program's.
+#[test]
+fn law_intervals_hold_as_often_as_they_say() {
+    const ALWAYS: [&str; 6] = ["L_d", "L_q", "angle", "delay", "dead_time", "resistance_with_switch"];
+    let [a, b, c, d, e, f] = ALWAYS;
+    let hold = |offs: Vec<Vec<f64>>| {
+        for (k, _) in offs[0].iter().enumerate() {
+            let of: Vec<f64> = offs.iter().map(|off| off[k]).collect();
+            let held = of.iter().filter(|off| **off <= 1.0).count();
+            assert!(held >= 7, "number {k}: {held} of 10 hold: {of:?}");
+        }
+        let squares: Vec<f64> = offs.iter().flatten().map(|off| off * off).collect();
+        let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        assert!((0.35..0.65).contains(&rms), "{rms} half widths");
+    };
+    let own = offs(Iron::Series([0.05, 0.02, 0.02]), 10, [a, b, c, d, e, f, "saturation.d", "saturation.q"]);
+    hold(own.into_iter().map(Vec::from).collect());
+    let other = offs(Iron::Steep([0.0005, 3.0, 6.0]), 10, ALWAYS);
+    hold(other.into_iter().map(Vec::from).collect());
 }
 
 /// All currents of the witness have gone when a pulse begins: diodes carry none back. Before, a step whose two halves had opposite diodes
