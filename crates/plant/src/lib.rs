@@ -38,7 +38,9 @@ pub use magnetics::{
 };
 pub use motor::{Motor, Ratings};
 pub use plausible::Doubtful;
-pub use published::{MAGNETS_INSIDE_FROM, PUBLISHED_SATURATION, PublishedFall, PublishedSaturation};
+pub use published::{
+    MAGNETS_INSIDE_FROM, PUBLISHED_SATURATION, PublishedFall, PublishedSaturation, fall_of_surface_magnets,
+};
 pub use rotor::{Friction, Rotor};
 pub use standstill_files::sheet::Source;
 pub use standstill_files::{Digest, Files, MapError, MapLayout, MapPoint, MapSamples, MapValues, Place};

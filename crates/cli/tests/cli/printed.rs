@@ -32,9 +32,9 @@ fn as_printed(page: &str, files: &[&str], left_out: &[&str]) -> String {
                 let output = standstill(&arguments, folder.path());
                 // How far long work has come depends on the machine.
                 let stderr = String::from_utf8(output.stderr).expect("text");
-                let told = stderr
-                    .split_inclusive('\n')
-                    .filter(|line| !line.contains(" %) after ") && !line.contains(" steps after "));
+                let told = stderr.split_inclusive('\n').filter(|line| {
+                    ![" %) after ", " step after ", " steps after "].iter().any(|of| line.contains(of))
+                });
                 let said = told.collect::<String>() + &String::from_utf8(output.stdout).expect("text");
                 let lines: Vec<&str> = said.trim_end().lines().map(str::trim_end).collect();
                 let _ = write!(out, "{kind}\n$ standstill {words}\n{}\n", lines.join("\n"));

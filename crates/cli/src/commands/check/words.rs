@@ -13,7 +13,7 @@ use standstill_scenario::{ErrorSet, Rotor};
 
 use crate::shell::values::without_setting;
 
-use self::motor::{assumptions, condition, poles, published, saliency, single};
+use self::motor::{assumptions, condition, poles, published, saliency, single, terminals};
 
 /// The question of `check`, with its answer.
 pub struct Checked<'a> {
@@ -111,6 +111,7 @@ impl Checked<'_> {
         reasons.extend(condition(self));
         reasons.extend(single(self));
         reasons.extend(published(self));
+        reasons.extend(terminals(self));
         reasons.extend(self.motor.map_note().map(|note| format!("Map: {note}.")));
         reasons
     }

@@ -329,6 +329,7 @@ fn sentences(fit: &Fit, files: &[String]) -> Vec<String> {
     said.extend(fit.discrepancies.iter().map(|one| next::discrepancy(fit, one)));
     said.extend(eddies(fit));
     said.extend(next::saturation(fit));
+    said.extend(next::law(fit));
     said.extend(next::probe(fit));
     said.push(ringing(fit));
     said.push("No trace tells a gain that all channels, or the DC link's, have in common: resistance and inductances are in proportion to the link's gain over the channels'.".to_owned());

@@ -42,6 +42,14 @@ pub(super) fn saturation(fit: &Fit) -> Option<String> {
     Some(text)
 }
 
+/// Returns the sentence on the law for which intervals of saturation hold; none if no saturation was measured.
+pub(super) fn law(fit: &Fit) -> Option<String> {
+    let is_measured = fit.parameters.iter().any(|one| one.name.starts_with("saturation") && one.identified);
+    is_measured.then(|| {
+        "Intervals of saturation hold for iron of the laws that were tried. A core of another law whose difference the readings do not show may fall by some 4 % of L_d more than they say (docs/notes/fit-coverage.txt); L_d, L_q and the angle held there.".to_owned()
+    })
+}
+
 /// Formats two values of a drive's parameter with three digits: the estimate, and the value with which the fit began.
 fn estimated_and_begun_with(fit: &Fit, one: &Discrepancy) -> [String; 2] {
     let estimate = fit.parameters.iter().find(|estimate| estimate.name == one.name);

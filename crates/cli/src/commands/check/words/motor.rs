@@ -6,8 +6,9 @@ use standstill_analysis::{Condition, Demands, Suitability, informative};
 use standstill_detect::{SequentialSettings, Signature};
 use standstill_plant::{
     DataSheet, Entry, MAGNETS_INSIDE_FROM, PUBLISHED_SATURATION, PoleKnowledge, PublishedFall,
-    PublishedSaturation, Source,
+    PublishedSaturation, Source, fall_of_surface_magnets,
 };
+use standstill_quantity::listed;
 use standstill_scenario::ErrorSet;
 
 use super::{Checked, amperes, factor, percent};
@@ -39,14 +40,23 @@ pub fn published(asked: &Checked<'_>) -> Option<String> {
         return None;
     }
     let winding = &asked.motor.winding;
-    Some(published_at(winding.q_axis_inductance() / winding.d_axis_inductance()))
+    let ratio = winding.q_axis_inductance() / winding.d_axis_inductance();
+    Some(published_at(ratio, fall_of_surface_magnets(asked.motor)))
 }
 
-/// Returns the sentence on the published saturation of motors with this ratio of L_q to L_d.
-fn published_at(ratio: f64) -> String {
+/// Returns the sentence on the published saturation of motors with this ratio of L_q to L_d; `fall`: of L_d at rated current, if the saliency is
+/// that of iron alone.
+fn published_at(ratio: f64, fall: Option<f64>) -> String {
     if ratio < MAGNETS_INSIDE_FROM {
+        let estimate = fall.map_or_else(String::new, |fall| {
+            format!(
+                " An estimate: if this saliency is that of the iron alone, which surface magnets on a round rotor saturate along d, L_d falls by about {:.*} % at rated current (iron by the sixth power of its flux).",
+                usize::from(fall < 0.1),
+                100.0 * fall
+            )
+        });
         return format!(
-            "No published fall of L_d is known to this program for motors whose L_q is {ratio:.2} times L_d, as surface magnets make it (hub motors, outrunners, gimbals): only the measurement tells. What is published is of magnets inside (docs/own-motor.md)."
+            "No published fall of L_d is known to this program for motors whose L_q is {ratio:.2} times L_d, as surface magnets make it (hub motors, outrunners, gimbals, servos).{estimate} Only the measurement tells. What is published is of magnets inside (docs/own-motor.md)."
         );
     }
     let of_motor = |one: &PublishedSaturation| {
@@ -61,6 +71,22 @@ fn published_at(ratio: f64) -> String {
         "Published falls of L_d along +d / −d, magnets inside: {}. They are too far apart to guess from, and some are larger than what was tried here: measure.",
         motors.join("; ")
     )
+}
+
+/// Returns the sentence on what must be measured between two terminals, by which a sheet's R and L show whether they are those of a phase; none for
+/// built-in motors, and if the resistance was measured or comes from one between two terminals.
+pub fn terminals(asked: &Checked<'_>) -> Option<String> {
+    let sheet = asked.sheet;
+    let is_of_phase = sheet.entries().iter().any(|entry| {
+        entry.key == "nameplate.resistance" && matches!(entry.source, Source::Given | Source::Assumed)
+    });
+    if !is_of_phase || DataSheet::built_in(sheet.name()).is_some() {
+        return None;
+    }
+    let [once, twice] = [1.0, 2.0].map(|factor| listed(&[factor * asked.motor.resistance], "Ω"));
+    Some(format!(
+        "R and L of the sheet: no other number of it tells a phase from two terminals or a delta's phase. Measure between two terminals: {twice} there, in star or delta, mean that R and L are right. If it is {once}, write `resistance_line_to_line` and L_line_to_line_min, L_line_to_line_max."
+    ))
 }
 
 fn is_of_saturation(entry: &Entry) -> bool {
@@ -214,14 +240,16 @@ mod tests {
 
     #[test]
     fn law_published_saturation_is_said_with_its_sources_or_that_there_is_none() {
-        for none in [0.9, 1.08] {
-            let said = published_at(none);
+        for (none, fall) in [(0.9, None), (1.08, Some(0.144))] {
+            let said = published_at(none, fall);
             assert!(
                 said.starts_with("No published fall") && said.contains(&format!("{none:.2} times L_d")),
                 "{said}"
             );
+            assert_eq!(said.contains("L_d falls by about 14 %"), fall.is_some(), "{said}");
         }
-        let said = published_at(1.6);
+        let said = published_at(1.6, Some(0.5));
+        assert!(!said.contains("50 %"), "surface magnets make no such saliency: {said}");
         for one in &PUBLISHED_SATURATION {
             assert!(said.contains(one.motor) && said.contains(one.source), "{said}");
         }
