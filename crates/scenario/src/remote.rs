@@ -108,7 +108,8 @@ enum End {
 const ERRORS: [RunError; 3] = [RunError::BadCommand, RunError::BadDuty, RunError::NoComparator];
 
 /// Run errors that have a place.
-const BROKEN: [fn(Place) -> RunError; 3] = [RunError::Chatter, RunError::NotFinite, RunError::Stuck];
+const BROKEN: [fn(Place) -> RunError; 4] =
+    [RunError::Chatter, RunError::NotFinite, RunError::Stuck, RunError::NoStep];
 
 /// Returns the end of a run that could not go on at a place; `which`: index in [`BROKEN`].
 fn broken(which: usize, Place { time, modes, current }: Place) -> End {
@@ -149,6 +150,7 @@ impl Record {
             Ended::Error(RunError::Chatter(place)) => broken(0, place),
             Ended::Error(RunError::NotFinite(place)) => broken(1, place),
             Ended::Error(RunError::Stuck(place)) => broken(2, place),
+            Ended::Error(RunError::NoStep(place)) => broken(3, place),
             Ended::Error(error) => {
                 End::Error(ERRORS.iter().position(|known| *known == error).unwrap_or(ERRORS.len()))
             }
@@ -242,6 +244,7 @@ mod tests {
             Ended::Error(RunError::Overcurrent { current_ma: 12_345 }),
             Ended::Error(RunError::LeftMap { current_ma: [-1234, 5] }),
             Ended::Error(RunError::Stuck(place)),
+            Ended::Error(RunError::NoStep(place)),
         ];
         for ended in outcomes {
             let run = Run {

@@ -233,9 +233,12 @@ pub enum RunError {
     /// guessed state.
     #[error("conduction modes keep changing without time passing, {0}")]
     Chatter(Place),
-    /// The state became infinite or not a number, or changes too fast for any step length.
+    /// The state became infinite or not a number.
     #[error("the simulation left the finite numbers, {0}")]
     NotFinite(Place),
+    /// The state is finite, and no step from it was short enough to be accepted.
+    #[error("no step of the simulation was short enough: the state changes too fast, {0}")]
+    NoStep(Place),
     /// A mode had ended before a step began, and no step however short located its end.
     #[error("a conduction mode had ended before a step began: no step can be taken from there, {0}")]
     Stuck(Place),
@@ -264,7 +267,7 @@ impl RunError {
         match self {
             Self::Overcurrent { .. } => "overcurrent: a comparator tripped".to_owned(),
             Self::LeftMap { .. } => "the currents left the motor's flux map".to_owned(),
-            Self::Chatter(place) | Self::NotFinite(place) | Self::Stuck(place) => {
+            Self::Chatter(place) | Self::NotFinite(place) | Self::NoStep(place) | Self::Stuck(place) => {
                 self.to_string().replace(&format!(", {place}"), "")
             }
             other => other.to_string(),

@@ -82,7 +82,7 @@ fn law_a_bad_end_in_one_lane_is_none_in_another() {
                 Ended::Error(RunError::BadCommand) => 1,
                 Ended::Error(RunError::TimeLimit(_)) => 2,
                 Ended::Error(RunError::BadDuty) => 3,
-                Ended::Error(RunError::NotFinite(_) | RunError::Stuck(_)) => 4,
+                Ended::Error(RunError::NotFinite(_) | RunError::NoStep(_) | RunError::Stuck(_)) => 4,
                 Ended::Error(error) => panic!("case {number}: {error}"),
             }] += 1;
         }

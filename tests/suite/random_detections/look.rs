@@ -20,8 +20,9 @@ const SHORT: u64 = 3000;
 /// Returns an error if a run ended in a way that no run may.
 pub fn over(record: &Record) -> Result<(), String> {
     let run = &record.run;
-    if let Ended::Error(error @ (RunError::Chatter(_) | RunError::NotFinite(_) | RunError::Stuck(_))) =
-        run.ended
+    if let Ended::Error(
+        error @ (RunError::Chatter(_) | RunError::NotFinite(_) | RunError::NoStep(_) | RunError::Stuck(_)),
+    ) = run.ended
     {
         let at = run.duration.seconds();
         return Err(format!("trial {}: {error} at {at} s, {:?}", record.trial, run.work));

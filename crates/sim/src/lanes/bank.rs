@@ -209,8 +209,12 @@ impl<'a, V: Wide> Bank<'a, V> {
     /// Returns the error of a machine that cannot step.
     pub fn why_broken(&self, lane: usize) -> RunError {
         let place = self.place(lane);
+        let (state, current) = (&self.here.state, self.here.at.current.get(lane));
+        let is_finite = [current.x, current.y, state.link.get(lane)].iter().all(|number| number.is_finite());
         if self.outcome.served.stuck >> lane & 1 == 1 {
             RunError::Stuck(place)
+        } else if is_finite {
+            RunError::NoStep(place)
         } else {
             RunError::NotFinite(place)
         }

@@ -131,7 +131,7 @@ fn law_a_mode_that_had_ended_before_its_step_is_called_so() {
         link: DcLink::stiff(550.0),
         carrier_period: Nanos(100_000),
     };
-    let begun = |flux: Plane<f64>| {
+    let begun_with = |flux: Plane<f64>, resistance: f64| {
         let mut bank: Bank<'_, f64> = Bank::like(&motor, &inverter, &SensorSettings::IDEAL, false, false);
         bank.machine.put(0, &motor, &inverter.link, 0.0, 0.0);
         bank.machine.legs.put_bridge(0, &inverter.bridge);
@@ -141,6 +141,7 @@ fn law_a_mode_that_had_ended_before_its_step_is_called_so() {
         bank.machine.legs.put(0, [UpperSwitch, LowerSwitch, LowerSwitch]);
         bank.here.state.flux = flux;
         bank.here.state.link = 550.0;
+        bank.machine.resistance = resistance;
         (bank.schedule.live, bank.schedule.stop) = (1, 1e3);
         (bank.control.next, bank.control.longest) = (1e3, 1e3);
         bank.look(0);
@@ -151,6 +152,7 @@ fn law_a_mode_that_had_ended_before_its_step_is_called_so() {
         }
         (bank.outcome.served.broken, bank.why_broken(0))
     };
+    let begun = |flux: Plane<f64>| begun_with(flux, 1.0);
     // A flux below the magnet's: a current of some amperes out of a winding that its switch feeds.
     let backwards = begun(Plane::new(0.40, 0.0));
     let (1, error @ RunError::Stuck(place)) = backwards else { panic!("{backwards:?}") };
@@ -161,4 +163,9 @@ fn law_a_mode_that_had_ended_before_its_step_is_called_so() {
     assert!(error.to_string().contains("a upper switch without a finite current"), "{error}");
     assert_eq!(error.name(), "the simulation left the finite numbers");
     assert_eq!(begun(Plane::new(0.50, 0.0)).0, 0);
+    // A finite state from which no step is short enough is called another thing.
+    let (1, error @ RunError::NoStep(_)) = begun_with(Plane::new(0.50, 0.0), f64::NAN) else {
+        panic!("a step")
+    };
+    assert_eq!(error.name(), "no step of the simulation was short enough: the state changes too fast");
 }
