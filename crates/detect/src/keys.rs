@@ -194,7 +194,7 @@ macro_rules! method_keys {
             REST = rest: Share [1.001, 10.0, "from 100.1 % to 1000 % of the pulse"]
                 because "one per mille of the shortest pulse is the nanosecond by which a rest must be longer", as "\"160 %\"";
             /// Times that all lines are pulsed, or pulses per line.
-            ROUNDS = rounds: One [0.0, 255.0, "a whole number from 0 to 255"]
+            ROUNDS = rounds: One [1.0, 255.0, "a whole number from 1 to 255"]
                 because "the count is a byte in a drive's memory", as "4";
             /// |L_B| / L_A below which no angle is named.
             LEAST_SALIENCY = least_saliency: Share [0.0, 1.0, "a share from 0 to 1"]

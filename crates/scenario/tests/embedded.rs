@@ -391,7 +391,7 @@ int main(void)
     let said = String::from_utf8(output.stdout).expect("text");
     let expected = "3 26\nready\n3 26\nready\n0\n3 26\n3 26\nno method \"bi-polar\"\n\
         detector setting `rated_current` must be positive and finite\n\
-        setting `rounds` must be a whole number from 0 to 255\nno setting `round` of this method\n\
+        setting `rounds` must be a whole number from 1 to 255\nno setting `round` of this method\n\
         setting `checks` must be 0 for none, 1 for all, or a sum of 2 for link, 4 for sensors, 8 for inductance, 16 for both-ways, \
         32 for contact, 64 for codes, 128 for turning\n\
         setting `checks` must be 0 for none, 1 for all, or a sum of 16 for both-ways, 128 for turning\nno setting `rounds` of this method\n\"open-terminal\" reads none of what sts_plate.readings has\n\
