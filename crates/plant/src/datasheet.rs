@@ -82,6 +82,21 @@ impl DataSheet {
         nameplate::known_keys()
     }
 
+    /// Returns the key by which a sheet's table gives a number of its `[nameplate]` in another way; none if it does not.
+    ///
+    /// ```
+    /// use standstill_plant::DataSheet;
+    ///
+    /// let sheet = toml::from_str("nameplate = { resistance_line_to_line = \"1.8 Ω\" }")?;
+    /// let other = DataSheet::given_instead("nameplate.resistance", &sheet);
+    /// assert_eq!(other, Some("resistance_line_to_line"));
+    /// assert_eq!(DataSheet::given_instead("nameplate.L_d", &sheet), None);
+    /// # Ok::<(), toml::de::Error>(())
+    /// ```
+    pub fn given_instead(key: &str, sheet: &Table) -> Option<&'static str> {
+        nameplate::stands_for(key, sheet)
+    }
+
     /// Reads a data sheet from the text of a file; `file`: its name for error messages.
     ///
     /// ```
@@ -140,7 +155,7 @@ impl DataSheet {
         let stated = |key: &str| {
             let mut place = Some(&Value::Table(table.clone()));
             let stood_for = nameplate::stands_for(key, table);
-            stood_for
+            stood_for.is_some()
                 || key.split('.').all(|part| match place {
                     Some(Value::Table(below)) => {
                         place = below.get(part);

@@ -100,11 +100,11 @@ impl MotorSpec {
         FileError::Motor(error)
     }
 
-    /// Returns the value of a data sheet's number, such as `winding.resistance`; none if the sheet does not have the
+    /// Returns the value about which a tolerance of a data sheet's number spreads, such as `winding.resistance`; none if the sheet does not have the
     /// number.
     ///
     /// # Errors
-    /// The data sheet cannot be read.
+    /// The data sheet cannot be read, or has the number in another way.
     pub(super) fn nominal(&self, key: &str, files: &Files) -> Result<Option<Value>, FileError> {
         let name = match self {
             Self::Named(name) => Some(name.as_str()),
@@ -112,8 +112,14 @@ impl MotorSpec {
         };
         let Some(name) = name else { return Ok(None) };
         let (_, text) = text(name, files, "motor")?;
+        let Ok(sheet) = text.parse::<Table>() else { return Ok(None) };
+        if let Some(other) = DataSheet::given_instead(key, &sheet) {
+            let found = format!("a motor whose sheet gives this number as `{other}`");
+            let needed = format!("a tolerance of `motor.nameplate.{other}`");
+            return Err(FileError::key(&format!("tolerances.motor.{key}"), &found, &needed));
+        }
+        let sheet = Value::Table(sheet);
         let value = || {
-            let sheet = Value::Table(text.parse::<Table>().ok()?);
             let number = key.split('.').try_fold(&sheet, |value, part| value.as_table()?.get(part))?;
             // A nameplate's may be plain.
             match number {

@@ -160,13 +160,13 @@ fn law_all_that_is_wrong_with_a_nameplate_is_named_at_once() {
             "own.toml: [nameplate]: ",
             "[winding] stands beside [nameplate]",
             "line 4, `Ld`: is no key of [nameplate], which are pole_pairs, ",
-            "line 2, `pole_pairs`: pole_pairs is 3.5, but must be a whole number from 1 to 200",
+            "line 2, `pole_pairs` is 3.5, but must be a whole number from 1 to 200",
             "line 3, `resistance`: `50 mH` is not a finite number in Ω",
             "`L_d` is missing: the positive inductance",
-            "line 5, `L_q`: L_q is -3 mH, but must be the positive inductance",
+            "line 5, `L_q` is -3 mH, but must be the positive inductance",
             "`rated_current` is missing: the positive peak current",
             "line 8, `saturation`: `plus_d` is none of d, minus_d, q",
-            "saturation.d is 6 (did you mean \"6 %\"?), but must be from \"-100 %\" to \"90 %\"",
+            "`saturation.d` is 6 (did you mean \"6 %\"?), but must be from \"-100 %\" to \"90 %\"",
         ] {
             assert!(message.contains(part), "no {part} in {message}");
         }
@@ -263,4 +263,29 @@ fn law_numbers_are_converted_to_what_other_sheets_print_or_refused_by_name() {
         let message = mistake(words, at);
         assert!(message.contains(part), "{words:?}: {message}");
     }
+}
+
+/// A sheet may give a resistance between two terminals: a tolerance of a phase's says which key the sheet has, and that one works.
+#[test]
+fn regress_a_tolerance_of_a_number_that_the_sheet_spells_otherwise_names_its_key() {
+    let folder = super::folder();
+    let path = folder.path();
+    let sheet = sheet(["5", "0.12 Ω", "180 uH", "260 uH", "12 mWb", "20 A", "48 V", "5 %"]);
+    let sheet = sheet.replace("resistance = \"0.12 Ω\"", "resistance_line_to_line = \"0.24 Ω\"");
+    assert!(sheet.contains("line_to_line"), "{sheet}");
+    std::fs::write(path.join("m.toml"), sheet).expect("written");
+    let scenario = |key: &str, more: &str| {
+        format!(
+            "motor = \"m.toml\"\ntrials = 2\n[tolerances]\n\"motor.nameplate.{key}\" = {{ normal = \"5 %\"{more} }}\n"
+        )
+    };
+    for more in ["", ", mean = \"0.12 Ω\""] {
+        std::fs::write(path.join("s.toml"), scenario("resistance", more)).expect("written");
+        let message = super::mistake(&["run", "s.toml"], path);
+        let needed = "needed a tolerance of `motor.nameplate.resistance_line_to_line`";
+        assert!(message.contains("s.toml: line 4") && message.contains(needed), "{message}");
+    }
+    std::fs::write(path.join("s.toml"), scenario("resistance_line_to_line", "")).expect("written");
+    let output = super::standstill(&["run", "s.toml"], path);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }

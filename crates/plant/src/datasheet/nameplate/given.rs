@@ -87,13 +87,13 @@ pub(super) fn keys() -> impl Iterator<Item = &'static str> {
     ways().flatten().copied()
 }
 
-/// Returns true if another key of a sheet gives the same number as this key, such as `nameplate.magnet_flux`.
-pub(in crate::datasheet) fn stands_for(key: &str, sheet: &Table) -> bool {
-    let plate = sheet.get("nameplate").and_then(Value::as_table);
-    let group =
-        key.strip_prefix("nameplate.").and_then(|key| GROUPS.iter().find(|of| of.phase.contains(&key)));
-    let given = |key: &&str| plate.is_some_and(|plate| plate.contains_key(*key));
-    group.is_some_and(|group| group.ways[1..].iter().copied().flatten().any(given))
+/// Returns the key of a sheet that gives the same number as this key, such as `nameplate.magnet_flux`, in another way; none if the sheet has
+/// no such key.
+pub(in crate::datasheet) fn stands_for(key: &str, sheet: &Table) -> Option<&'static str> {
+    let plate = sheet.get("nameplate").and_then(Value::as_table)?;
+    let key = key.strip_prefix("nameplate.")?;
+    let group = GROUPS.iter().find(|of| of.phase.contains(&key))?;
+    group.ways[1..].iter().copied().flatten().copied().find(|key| plate.contains_key(*key))
 }
 
 /// Returns the unambiguous keys that replace an ambiguous one.

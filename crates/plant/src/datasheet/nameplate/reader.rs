@@ -108,6 +108,8 @@ impl Reader<'_> {
             return None;
         };
         let place = self.place(key.split('.').next().unwrap_or(key));
+        // The key itself stands behind the line, with its parts.
+        let line = place.split('`').next().unwrap_or_default().to_owned();
         match Sourced::<U>::of(with_source(value)) {
             Ok(found) if fits(found.number()) => Some(found.number()),
             Ok(found) => {
@@ -115,11 +117,11 @@ impl Reader<'_> {
                 let is_percentage = is_plain && needed.contains('%') && fits(found.number() / 100.0);
                 let meant =
                     if is_percentage { format!(" (did you mean \"{value} %\"?)") } else { String::new() };
-                self.problems.push(format!("{place}{key} is {}{meant}, but must be {needed}", found.value));
+                self.problems.push(format!("{line}`{key}` is {}{meant}, but must be {needed}", found.value));
                 None
             }
             Err(error) => {
-                self.problems.push(format!("{place}{}", error.message.trim().replace('\n', " ")));
+                self.problems.push(format!("{line}`{key}`: {}", error.message.trim().replace('\n', " ")));
                 None
             }
         }
