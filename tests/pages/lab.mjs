@@ -12,7 +12,7 @@ import { execFileSync, spawn } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
-import { advised, broken, phone, stale, undo } from './trouble.mjs';
+import { advised, broken, doubtful, phone, stale, undo } from './trouble.mjs';
 import { converter, readiness } from './first.mjs';
 import { browser, children, end, expect, ink, lab, listen, objections, open, rms, settled, site, sleep, state, used } from './desk.mjs';
 
@@ -375,7 +375,7 @@ async function lost() {
   await page.close();
 }
 
-const both = [looks, structure, drag, type, undo, stale, broken, phone, zoom, compare, link, point, filling, numbers, one => converter(one, program, picture), one => readiness(one, isStrict)];
+const both = [looks, structure, drag, type, undo, stale, broken, doubtful, phone, zoom, compare, link, point, filling, numbers, one => converter(one, program, picture), one => readiness(one, isStrict)];
 const all = isStatic ? both : [...both, advised, twoTabs, folders, lost];
 try {
   const only = process.env.ONLY?.split(',');

@@ -118,6 +118,15 @@ export async function broken({ address }) {
   await page.close();
 }
 
+/** A number that is probably a mistake is doubted beside the detection. */
+export async function doubtful({ address }) {
+  const page = await open(`${address}#detector.method=bipolar&sensors.noise=20+A`, 'doubtful');
+  await settled(page);
+  const said = await page.evaluate(() => document.querySelector('.outcome').textContent);
+  expect(said.includes('is it meant so?') && said.includes('sensors.noise is 20 A'), `no doubt about 20 A of noise: ${said}`);
+  await page.close();
+}
+
 /** On a phone one sets before one looks, and what is looked at is not far. */
 export async function phone({ address }) {
   const page = await open(`${address}#detector.method=bipolar`, 'phone', { width: 390, height: 844 });

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use standstill_interface::{Outcome, Phase, Sensed};
 use standstill_inverter::Conduction;
-use standstill_scenario::{Record, Specimen, specimen};
+use standstill_scenario::{Record, Specimen, doubts, specimen};
 use standstill_sim::{Ended, Event, Snapshot, Trace};
 
 use crate::bench::Bench;
@@ -54,9 +54,8 @@ pub(crate) fn answer(bench: &Bench, request: &DetectionRequest) -> Result<Vec<u8
     let samples = samples(&trace);
     let words = specimen(&case, &single.drawn);
     let mut header = header(&record, &trace, samples.len(), &words);
-    if let Some(doubtful) = scenario.motor.doubtful() {
-        header["doubt"] = doubtful.said().into();
-    }
+    let doubts: Vec<String> = doubts::of(scenario).into_iter().chain(doubts::standing(scenario)).collect();
+    header["doubts"] = doubts.into();
     Ok(bytes(&header, &trace, &samples))
 }
 

@@ -12,6 +12,7 @@
 mod axes;
 mod build;
 mod document;
+pub mod doubts;
 mod errors;
 mod faults;
 mod foreign;

@@ -6,12 +6,12 @@ use serde_json::{Value, json};
 use standstill_plant::{Entry, built_in_names};
 
 use crate::arguments::Motors;
-use crate::doubts;
 use crate::error::Error;
 use crate::shell::Report;
 use crate::shell::table::Print as _;
 use crate::shell::terminal::{paragraph, tell};
 use standstill_report::page::{Column, Table};
+use standstill_scenario::doubts;
 
 pub fn run(options: &Motors) -> Result<Report, Error> {
     let mut out = String::new();

@@ -134,6 +134,18 @@ fn header(bytes: &[u8]) -> Value {
 }
 
 #[test]
+fn regress_a_detection_has_all_doubts_about_its_scenario() {
+    let set = setting(&[("sensors.noise", "20 A"), ("rotor.state", "driven")]);
+    let body = json!({ "setting": set, "trial": 0, "angle": null }).to_string();
+    let found = header(&bench(None).answer("detection", &body).expect("a detection"));
+    let [noise, standing] = [0, 1].map(|k| found["doubts"][k].as_str().expect("a doubt"));
+    assert!(
+        noise.starts_with("sensors.noise is 20 A") && standing.contains("at 0 rpm"),
+        "{noise} {standing}"
+    );
+}
+
+#[test]
 fn law_what_the_page_shows_is_what_run_and_trace_compute() {
     let bench = bench(None);
     let document = || {
