@@ -38,7 +38,7 @@ def share(count, trials, digits):
 
 
 def cell(row, digits):
-    parts = [share(row[key], row["trials"], digits) for key in ("wrong_pole", "beyond_limit", "detected")]
+    parts = [share(row[key], row["trials"], digits) for key in ("wrong_pole", "right_pole_beyond_limit", "detected")]
     return " · ".join(parts)
 
 

@@ -22,6 +22,7 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod anatomy;
+mod answers;
 mod bound;
 pub mod bracket;
 mod budget;
@@ -40,6 +41,7 @@ pub mod tune;
 pub mod witness;
 
 pub use anatomy::{Anatomy, Draw, Sector};
+pub use answers::Answers;
 pub use bound::{Bound, BoundError, Bounds, Counted, Unknown};
 pub use budget::{AngleRange, Budget, Item, Own, PAIRS, Source, TooFew, trials as trials_of_budget};
 pub use compare::{Entry, informative, mean_energy};

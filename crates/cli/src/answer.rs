@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use std::io::Write;
 use std::path::PathBuf;
 
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Chart, Page, Section, Tone};
@@ -47,7 +48,7 @@ pub struct Answer {
 }
 
 /// A command that is possible after an answer.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Next {
     /// Purpose of the command, such as `to see the worst start`.
     pub purpose: String,
@@ -128,8 +129,7 @@ impl Answer {
         }
         if !as_json && !next.is_empty() {
             gap(&mut text);
-            text.push_str("What next:\n");
-            text.extend(next.iter().map(|Next { purpose, command }| format!("  {purpose}\n    {command}\n")));
+            text += next_lines(&next).trim_start();
         }
         Ok(Report { text: if as_json { json } else { text }, code })
     }
@@ -202,6 +202,13 @@ impl Answer {
         let subtitle = self.setting + &made.subtitle;
         Page { title: self.title, subtitle, sections, footer }
     }
+}
+
+/// Formats the commands that are possible next for terminals, below an empty line; empty without any.
+pub fn next_lines(next: &[Next]) -> String {
+    let lines = next.iter().map(|Next { purpose, command }| format!("  {purpose}\n    {command}\n"));
+    let lines: String = lines.collect();
+    if lines.is_empty() { lines } else { format!("\nWhat next:\n{lines}") }
 }
 
 /// Makes the block of a verdict.

@@ -1,6 +1,7 @@
 //! The results of a run in its folder: the content of `summary.json`, the tables beside it, and pages that have become
 //! outdated.
 
+mod begun;
 mod folder;
 mod intact;
 mod stale;
@@ -17,6 +18,7 @@ use standstill_quantity::Quantity;
 use standstill_scenario::StopTable;
 use standstill_table::Format;
 
+pub use self::begun::Begun;
 pub use self::folder::{FinishedRun, rows, say_extension};
 pub use self::stale::mark;
 pub use self::tables::Tables;

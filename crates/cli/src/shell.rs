@@ -26,11 +26,14 @@ pub fn workers(threads: Option<usize>) -> Result<rayon::ThreadPool, Error> {
     pool.map_err(|error| Error::Threads(format!("no worker threads: {error}")))
 }
 
+/// Exit code if the answer is neither yes nor no: a requirement was not shown, or no start has an answer to be asked about.
+pub const NOT_SHOWN: u8 = 3;
+
 /// The text that a command prints, with its exit code.
 #[derive(Debug)]
 pub struct Report {
     /// Text for standard output.
     pub text: String,
-    /// Exit code: 0 for success; 1 if the answer is no or a trial could not be simulated; 130 if interrupted.
+    /// Exit code: 0 for success; 1 if the answer is no or a trial could not be simulated; [`NOT_SHOWN`]; 130 if interrupted.
     pub code: u8,
 }

@@ -1,18 +1,22 @@
 //! `standstill bounds`: the Cramér–Rao limit of a scenario's pulses over the rotor's angle.
 
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
 use serde_json::json;
-use standstill_analysis::{Bound, Bounds, informative};
+use standstill_analysis::{Bound, Bounds, Halt, informative};
 use standstill_detect::Source;
 use standstill_interface::Nanos;
 use standstill_report::page::{Block, Column, Table, Tone};
+use standstill_scenario::{Document, Plan};
 
-use super::question::given;
+use super::question::{Silence, given, silence};
 use crate::answer::{Answer, Made, Record, Records, verdict};
 use crate::arguments::Bounds as Options;
 use crate::doubts;
 use crate::error::Error;
 use crate::scenario::{self, Shipped, Shorthands};
-use crate::shell::{Report, interrupt};
+use crate::shell::{NOT_SHOWN, Report, interrupt, workers};
 
 /// Returns the values of a bound in degrees; none for values that are too large to be informative.
 fn values(bound: &Bound) -> [Option<f64>; 4] {
@@ -47,17 +51,23 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let (found, interval) = (bounds.over(angles)?, bounds.interval);
     let angle = |number: usize| 360.0 * number as f64 / angles as f64;
     let each = |(number, bound): (usize, &Bound)| record(bound).with("angle_deg", angle(number));
+    // Where no sample tells of the axis, starts say why.
+    let is_blind =
+        found.as_ref().is_some_and(|bounds| bounds.iter().flat_map(values).all(|value| value.is_none()));
+    let starts = if is_blind { Some(starts(options, document)?) } else { None };
     let json = json!({
         "setup": super::setup_json(&file, &motor),
         "method": method,
         "rms": found.as_ref().map(|bounds| record(&Bound::rms(bounds))),
         "angles": found.as_ref().map(|bounds| bounds.iter().enumerate().map(each).collect::<Records>()),
+        "plain_starts": starts.as_ref().map(Silence::json),
     });
-    let headline = format!(
-        "{}, {method}, {} errors: no unbiased method knows the axis better from these commands (Cramér–Rao)",
-        motor.name,
-        file.errors.0.name()
-    );
+    let says = if is_blind {
+        "these commands do not tell the axis at any of these angles, so it has no Cramér–Rao limit"
+    } else {
+        "no unbiased method knows the axis better from these commands (Cramér–Rao)"
+    };
+    let headline = format!("{}, {method}, {} errors: {says}", motor.name, file.errors.0.name());
     let blocks = match &found {
         None => vec![Block::Text(TURNS.to_owned())],
         Some(bounds) => {
@@ -82,17 +92,32 @@ pub fn run(options: &Options) -> Result<Report, Error> {
             vec![Block::Table(table), Block::Text(legend)]
         }
     };
-    let verdict = verdict(Tone::Neutral, headline, Vec::new());
+    let tone = if is_blind { Tone::Bad } else { Tone::Neutral };
+    let details = starts.as_ref().map(Silence::sentence).into_iter().collect();
+    let verdict = verdict(tone, headline, details);
     let answer = Answer::new("bounds", "Cramér–Rao limit".to_owned(), String::new(), verdict, blocks);
-    let answer = Answer { json, ..answer };
-    let answer = match &options.source.scenario {
-        Some(path) => {
-            let again = given(&path.to_string_lossy(), &options.source.keys, options.seed);
-            answer.next("what the methods reach of it", format!("standstill compare {again}"))
-        }
-        None => answer.next("what the methods reach of it", "standstill compare"),
+    let answer = Answer { json, code: if is_blind { NOT_SHOWN } else { 0 }, ..answer };
+    // A motor stands in the place of a scenario.
+    let scenario = options.source.scenario.as_deref().unwrap_or_else(|| Path::new("paper-5k5"));
+    let keys = &options.source.keys;
+    let answer = if is_blind {
+        Answer { next: vec![silence::next(scenario, keys, options.seed, &file)], ..answer }
+    } else {
+        let again = given(&scenario.to_string_lossy(), keys, options.seed);
+        answer.next("what the methods reach of it", format!("standstill compare {again}"))
     };
     answer.report(None, options.json, &Made::default())
+}
+
+/// Returns plain starts of the scenario.
+fn starts(options: &Options, document: Document) -> Result<Silence, Error> {
+    let plan = Plan::new(document)?;
+    let run = || Silence::of_axes(&plan, &AtomicBool::new(false));
+    match workers(options.threads.map(usize::from))?.install(run) {
+        Ok(starts) => Ok(starts),
+        Err(Halt::Failed(error)) => Err(error.into()),
+        Err(Halt::Stopped) => unreachable!("nothing stops it"),
+    }
 }
 
 const TURNS: &str =

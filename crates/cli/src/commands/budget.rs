@@ -5,13 +5,13 @@ use standstill_analysis::{Budget, PAIRS, Source, TooFew, Trials, trials_of_budge
 use standstill_campaign::Estimate;
 use standstill_report::page::{Block, Column, Table, Tone};
 
-use super::question::{Asked, again, plan, setting};
+use super::question::{Asked, Silence, again, plan, setting, silence};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Budget as Options;
 use crate::error::Error;
 use crate::figures::{self, Bar};
-use crate::shell::Report;
 use crate::shell::command_line::quoted;
+use crate::shell::{NOT_SHOWN, Report};
 
 /// Number of samples below which shares are doubtful.
 const FEW: u64 = 50;
@@ -81,29 +81,65 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     }
     let pairs = options.pairs.map_or(PAIRS, u64::from);
     let named = [("--pairs", Some(pairs.to_string()))];
-    let asked = Asked::new(question, "budget", &plan, named, trials_of_budget(pairs, sources.len()))?;
+    let asked = match Asked::new(question, "budget", &plan, named, trials_of_budget(pairs, sources.len()))? {
+        Ok(asked) => asked,
+        Err(finished) => return Ok(finished),
+    };
     asked.watched.bar.set_message(format!("{} sources", sources.len()));
-    let Some(found) = asked.run(|| Budget::of(&trials, &sources, pairs, &asked.watched))? else {
+    let found = asked.run(|| {
+        let budget = Budget::of(&trials, &sources, pairs, &asked.watched)?;
+        let is_most = budget.as_ref().map_or(true, is_most_left_out);
+        let starts = is_most.then(|| Silence::of_axes(&plan, &asked.watched)).transpose()?;
+        Ok((budget, starts))
+    })?;
+    let Some((budget, starts)) = found else {
         return Ok(asked.interrupted("the samples were not complete"));
     };
-    let budget = match found {
-        Ok(budget) => budget,
-        Err(TooFew { pairs, whole, needed }) => {
-            asked.forget()?;
-            let enough = match whole {
-                0 => format!("`standstill run {}` says why", again(question)),
-                whole => format!("--pairs {} have some", pairs * needed * 2 / whole),
-            };
-            return Err(Error::Arguments(format!(
-                "of {pairs} pairs of starts {whole} have an axis in all that was tried: too few to share an error out, needed {needed}; {enough}"
-            )));
-        }
+    let (setting, again) = (setting(plan.file(), trials.scenario()), again(question));
+    let has_silence = starts.is_some();
+    let answer = match budget {
+        Ok(budget) => answer(setting, &again, &budget, starts.as_ref()),
+        Err(too_few) => unanswered(setting, &again, &too_few, starts.as_ref()),
     };
-    asked
-        .answer(trials.scenario(), answer(setting(plan.file(), trials.scenario()), &again(question), &budget))
+    let answer = if has_silence { silence::lead(answer, question, plan.file()) } else { answer };
+    asked.answer(trials.scenario(), answer)
 }
 
-fn answer(setting: String, asked: &str, budget: &Budget) -> Answer {
+/// Returns true if most samples are left out because one of their starts has no axis.
+const fn is_most_left_out(budget: &Budget) -> bool {
+    2 * budget.dropped > budget.pairs
+}
+
+/// Returns the answer where too few starts have an axis to share their error out.
+fn unanswered(setting: String, asked: &str, too_few: &TooFew, starts: Option<&Silence>) -> Answer {
+    let TooFew { pairs, whole, needed } = too_few;
+    let headline = format!(
+        "No error to share out: of {pairs} pairs of starts {whole} have an axis in all that was tried, needed {needed}"
+    );
+    let details = starts.map(Silence::sentence).into_iter().collect();
+    let answer = Answer::new(
+        "budget",
+        "Where the error comes from".to_owned(),
+        setting,
+        verdict(Tone::Bad, headline, details),
+        Vec::new(),
+    );
+    let json = json!({
+        "rms_deg": null,
+        "sources": [],
+        "pairs": pairs,
+        "dropped": pairs - whole,
+        "plain_starts": starts.map(Silence::json),
+    });
+    let answer = Answer { json, csv: Some(Records::default()), code: NOT_SHOWN, ..answer };
+    if *whole == 0 {
+        return answer;
+    }
+    let enough = pairs * needed * 2 / whole;
+    answer.next("pairs of which enough have an axis", format!("standstill budget {asked} --pairs {enough}"))
+}
+
+fn answer(setting: String, asked: &str, budget: &Budget, starts: Option<&Silence>) -> Answer {
     let shares = shares(budget);
     let records: Records = shares.iter().map(Part::record).collect();
     let json = json!({
@@ -114,6 +150,7 @@ fn answer(setting: String, asked: &str, budget: &Budget) -> Answer {
         "trials": budget.trials,
         "pairs": budget.pairs,
         "dropped": budget.dropped,
+        "plain_starts": starts.map(Silence::json),
     });
     let three = |e: &Estimate| [e.value, e.low, e.high];
     let bar = |share: &Part| Bar {
@@ -124,7 +161,7 @@ fn answer(setting: String, asked: &str, budget: &Budget) -> Answer {
     let bars: Vec<Bar> = shares.iter().map(bar).collect();
     let [value, low, high] = budget.rms_deg.texts();
     let kept = budget.pairs - budget.dropped;
-    let is_doubtful = 2 * budget.dropped > budget.pairs || kept < FEW;
+    let is_doubtful = is_most_left_out(budget) || kept < FEW;
     let doubt = if is_doubtful {
         format!("doubtful, of {kept} of {} samples: ", budget.pairs)
     } else {
@@ -133,7 +170,8 @@ fn answer(setting: String, asked: &str, budget: &Budget) -> Answer {
     let headline = format!("{doubt}rms error of the axis {value}° [{low}, {high}]");
     let blocks = vec![Block::Table(table(&shares)), Block::Text(legend(budget).join("\n\n"))];
     let tone = if is_doubtful { Tone::Warning } else { Tone::Neutral };
-    let verdict = verdict(tone, headline, notes(budget));
+    let details = notes(budget).into_iter().chain(starts.map(Silence::sentence)).collect();
+    let verdict = verdict(tone, headline, details);
     let of_shares = figures::shares(&bars, setting.clone());
     let over_angle = figures::over_angle(budget, &setting);
     let answer = Answer::new("budget", "Where the error comes from".to_owned(), setting, verdict, blocks)
@@ -141,14 +179,6 @@ fn answer(setting: String, asked: &str, budget: &Budget) -> Answer {
         .with("over_angle", over_angle, "Mean squares, which add up: of the sources by themselves, the largest four, with 95 % intervals. Where a source has next to no part, an estimate may lie below zero.");
     let answer = Answer { json, csv: Some(records), ..answer };
     if is_doubtful {
-        let answer = if 2 * budget.dropped > budget.pairs {
-            answer.next(
-                "most samples were left out: why starts have no axis",
-                format!("standstill run {asked}"),
-            )
-        } else {
-            answer
-        };
         let pairs = (ENOUGH * budget.pairs).div_ceil(kept.max(1));
         return answer
             .next("enough samples that have an axis", format!("standstill budget {asked} --pairs {pairs}"));

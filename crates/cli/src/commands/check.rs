@@ -8,6 +8,7 @@ use standstill_analysis::{Demands, Progress, Suitability, Suited, standing};
 use standstill_detect::Method;
 use standstill_interface::Choice;
 use standstill_plant::Motor;
+use standstill_scenario::doubts::wrong_signature;
 use standstill_scenario::{Document, FileError, Scenario};
 
 use super::init;
@@ -52,7 +53,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     let asked_for = document.origin("detector.method").is_some();
     let scenario = if asked_for { document.scenario_of(&motor)? } else { of_any_method(&document, &motor)? };
     doubts::warn(&scenario);
-    let signature = doubts::wrong_signature(&scenario);
+    let signature = wrong_signature(&scenario);
     let demands = Demands {
         error_deg: options.tolerance,
         movement_deg: options.movement,
@@ -64,8 +65,12 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     let found = Suitability::of(&document, &demands, options.effort, |progress| {
         let (line, message) = heard(progress);
         if let Some(line) = line {
-            // What is known so far stays on the terminal.
-            spinner.println(line);
+            // What is known so far stays on the terminal, and in a log.
+            if spinner.is_hidden() && host::current().is_none() {
+                tell(&line);
+            } else {
+                spinner.println(line);
+            }
             spinner.inc(1);
         }
         if let Some(message) = message {

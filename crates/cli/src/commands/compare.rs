@@ -19,6 +19,7 @@ use crate::answer::{Answer, Made, Record, Records, verdict};
 use crate::arguments::{Compare, Seed};
 use crate::error::Error;
 use crate::shell::asked::NotedQuestion;
+use crate::shell::command_line::quoted;
 use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::Output;
 use crate::shell::terminal::tell;
@@ -287,9 +288,10 @@ fn next(options: &Compare, entries: &[Entry], open: bool, answer: Answer) -> Ans
             answer.next(
                 format!("one start of {}, {why}", best.method),
                 format!(
-                    "standstill trace {again}{method} -s errors={} -s rotor.state={} --out trace",
+                    "standstill trace {again}{method} -s errors={} -s rotor.state={} --out {}",
                     best.errors.name(),
-                    best.rotor.name()
+                    best.rotor.name(),
+                    quoted(&format!("trace-{}", best.method))
                 ),
             )
         }

@@ -200,11 +200,9 @@ fn answer(run: &FinishedRun, plan: &Plan, all: &[Repeated], lost: u64) -> Answer
         ),
         ..Answer::default()
     };
-    // scenario.toml is on the page, too.
-    match all.first().map(|one| words::next(plan, one)) {
-        Some((purpose, command)) => {
-            answer.next(format!("{purpose} (scenario.toml: the run's own file)"), command)
-        }
+    let (named, note) = run.begun();
+    match all.first().map(|one| words::next(one, &named)) {
+        Some((purpose, command)) => answer.next(format!("{purpose}{note}"), command),
         None => answer,
     }
 }

@@ -5,21 +5,24 @@ mod rates;
 mod refused;
 mod words;
 
+use std::path::Path;
+
 use serde_json::json;
 use standstill_analysis::faults::{Allowed, Counts, Entry, study};
 use standstill_campaign::Estimate;
 use standstill_detect::MethodName;
+use standstill_plant::Digest;
 use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::{Document, FaultMode, Origin, Plan, ScenarioFile};
 
 use self::rates::Rates;
-use super::question::{Asked, again, document, plan_of, setting};
+use super::question::{Asked, again, document, plan_of, setting, silence};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Faults as Options;
 use crate::error::Error;
-use crate::shell::Report;
-use crate::shell::command_line::set_pair;
+use crate::shell::command_line::{quoted, set_pair};
 use crate::shell::values::each_once;
+use crate::shell::{NOT_SHOWN, Report};
 
 /// Number of trials of each fault with each method. If none of them has a wrong pole, at most one in a thousand has.
 const TRIALS: u64 = 3000;
@@ -42,6 +45,9 @@ struct Left {
     mode: FaultMode,
     reason: String,
 }
+
+/// Entry of the identity for the content of the file of rates.
+const RATES: &str = "digest of --rates";
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
@@ -66,8 +72,13 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         ("--pairs", options.pairs.then(|| "each two modes".to_owned())),
         ("--method", names(options.method.iter().map(|method| method.name()).collect())),
         ("--trials", Some(trials.to_string())),
+        ("--rates", options.rates.as_ref().map(|path| path.to_string_lossy().into_owned())),
+        (RATES, options.rates.as_ref().map(|path| digest(path)).transpose()?),
     ];
-    let asked = Asked::new(question, "faults", &plan, named, count)?;
+    let asked = match Asked::new(question, "faults", &plan, named, count)? {
+        Ok(asked) => asked,
+        Err(finished) => return Ok(finished),
+    };
     // What is wrong with one of the faults or methods shows before the first trial.
     let mut studies = Vec::new();
     for method in &methods {
@@ -116,7 +127,14 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         has_poles: scenario.motor.has_magnet() && !plan.pole_is_open(),
     };
     let answer = answer(of_scenario, &subject, &rows, &left);
+    let is_mute = rows.iter().any(words::is_mute);
+    let answer = if is_mute { silence::lead(answer, question, plan.file()) } else { answer };
     asked.answer(&scenario, answer)
+}
+
+/// Returns the digest of a file of rates, with which the sums of an answer change.
+fn digest(path: &Path) -> Result<String, Error> {
+    Ok(Digest::of_file(path).map_err(|error| Error::Read(path.to_owned(), error))?.to_string())
 }
 
 /// Returns the faults to study, beginning with the drive without a fault, and the faults that the drive cannot have.
@@ -183,7 +201,7 @@ impl Row {
             .with("right", of.right)
             .with("wrong_pole", of.wrong_pole)
             .with("wrong_pole_at_most", of.wrong_pole_bound())
-            .with("beyond_limit", of.beyond)
+            .with("right_pole_beyond_limit", of.beyond)
             .with("undetected_at_most", of.undetected_bound())
             .with("moved", of.moved)
             .with("overcurrent", of.overcurrent)
@@ -259,11 +277,12 @@ fn answer(setting: String, of: &Subject<'_>, rows: &[Row], left: &[Left]) -> Ans
         let keys = row.entry.arguments().into_iter().map(|pair| set_pair(&pair));
         // The scenario may have fewer trials than were studied.
         let command = format!(
-            "standstill trace {asked}{}{}{} --trial {} --out trace",
+            "standstill trace {asked}{}{}{} --trial {} --out {}",
             with(row.by_name),
             keys.collect::<String>(),
             set_pair(&format!("trials={}", row.counts.trials)),
-            worst.trial
+            worst.trial,
+            quoted(&format!("trace-{}-{}", row.fault().replace(' ', "-"), worst.trial))
         );
         next = Some(("to see the worst start", command));
     }
@@ -283,11 +302,15 @@ fn answer(setting: String, of: &Subject<'_>, rows: &[Row], left: &[Left]) -> Ans
     let verdict = verdict(tone, headline, details);
     let answer =
         Answer::new("faults", "What each failure mode leads to".to_owned(), setting, verdict, blocks);
-    let answer = Answer { json, csv: Some(records), ..answer };
+    let code = if words::is_silent(rows) { NOT_SHOWN } else { 0 };
+    let answer = Answer { json, csv: Some(records), code, ..answer };
     let answer = match next {
         Some((purpose, command)) => answer.next(purpose, command),
         None => answer,
     };
+    if code == NOT_SHOWN {
+        return answer;
+    }
     // Of several methods that with the most dangerous answers.
     let asked_about = rows.iter().rev().max_by_key(|row| row.counts.undetected()).and_then(|row| row.by_name);
     let (purpose, event) = if of.has_poles {

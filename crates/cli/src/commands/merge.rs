@@ -5,7 +5,7 @@ use standstill_campaign::store::Shards;
 use super::run::results::Results;
 use crate::arguments::Merge;
 use crate::error::Error;
-use crate::results::guard;
+use crate::results::{Begun, files_wanted, guard};
 use crate::shell::Report;
 use crate::shell::interrupt::{self, INTERRUPTED};
 
@@ -14,7 +14,15 @@ pub fn run(options: &Merge) -> Result<Report, Error> {
     let shards = Shards::collect(&options.shards)?;
     guard(&options.results, &shards.identity.whole(), true)?;
     match Results::write(&options.results, &shards, &stop)? {
-        Some(results) => Ok(results.report(&options.results, None)),
+        Some(results) => {
+            // Shards have the scenario of the whole.
+            let out = &options.results.out;
+            match options.shards.iter().find_map(|folder| Begun::of(folder)).filter(|_| files_wanted()) {
+                Some(begun) => begun.note(out)?,
+                None => Begun::forget(out),
+            }
+            Ok(results.report(&options.results, None))
+        }
         None => Ok(Report {
             text: "Interrupted: nothing was written; the shards are as they were.\n".to_owned(),
             code: INTERRUPTED,

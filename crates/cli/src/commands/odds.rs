@@ -11,7 +11,8 @@ use standstill_report::figure::Figure;
 use standstill_scenario::{Plan, Scenario};
 use standstill_sim::{RotorState, Tape};
 
-use super::question::{Asked, again, plan, setting};
+use super::question::silence::{self, Needs, STARTS};
+use super::question::{Asked, Silence, again, plan, setting};
 use crate::arguments::Odds as Options;
 use crate::error::Error;
 use crate::figures;
@@ -27,15 +28,23 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let effort = (options.effort != Effort::default()).then(|| options.effort.name().to_owned());
     let settings = Settings::of(options.effort, plan.file().seed);
     let named = [("--event", Some(options.event.to_string())), ("--effort", effort)];
-    let asked = Asked::new(question, "odds", &plan, named, expected(&settings, &[]))?;
+    let asked = match Asked::new(question, "odds", &plan, named, STARTS + expected(&settings, &[]))? {
+        Ok(asked) => asked,
+        Err(finished) => return Ok(finished),
+    };
     let bar = &asked.watched.bar;
     let listening = Listening { watched: &asked.watched, found: Mutex::default() };
     let mut done = Vec::new();
     let answered = asked.run(|| {
+        bar.set_message("plain starts");
+        let starts = Silence { needs: needs(options.event), ..Silence::of_angles(&plan, &asked.watched)? };
+        if is_empty(options.event, &starts) {
+            return Ok((starts, None));
+        }
         bar.set_message(progress(&SoFar::default()));
         let hear = |run: &Run| {
             done.push((run.end, run.levels));
-            bar.set_length(expected(&settings, &done));
+            bar.set_length(STARTS + expected(&settings, &done));
             listening.hear(|so_far| {
                 so_far.runs.push((run.end, run.probability));
                 so_far.level = None;
@@ -43,14 +52,18 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         };
         let odds = trials.odds(options.event, &settings, &listening, hear)?;
         let anatomy = Anatomy::of(&trials, options.event, &odds.failures, &asked.watched)?;
-        Ok((odds, anatomy))
+        Ok((starts, Some((odds, anatomy))))
     })?;
-    let Some((odds, anatomy)) = answered else {
+    let Some((starts, found)) = answered else {
         return Ok(asked.interrupted(&listening.interrupted()));
     };
     let setting = setting(plan.file(), trials.scenario());
+    let Some((odds, anatomy)) = found else {
+        let answer = words::unanswered(setting, options.event, &starts);
+        return asked.answer(trials.scenario(), silence::lead(answer, question, plan.file()));
+    };
     let in_sectors = trials.scenario().detector.half_sector().is_some();
-    let mut answer = words::answer(setting.clone(), options.event, in_sectors, &odds, &anatomy);
+    let mut answer = words::answer(setting.clone(), options.event, in_sectors, &odds, &anatomy, &starts);
     if !odds.runs.is_empty() {
         let caption =
             "Each run goes down by levels of a tenth; where they meet the event, their mean counts.";
@@ -85,6 +98,8 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         ),
         None => answer,
     };
+    let is_silent = is_about_answers(options.event) && starts.is_frequent();
+    let answer = if is_silent { silence::lead(answer, question, plan.file()) } else { answer };
     asked.answer(trials.scenario(), answer)
 }
 
@@ -109,6 +124,24 @@ fn can_happen(event: Event, plan: &Plan, scenario: &Scenario<Method<f64>>) -> Re
         _ => return Ok(()),
     };
     Err(Error::Arguments(format!("`--event {event}`: found {found}, needed {needed}")))
+}
+
+/// Returns what a start must have found so that the event can be asked of it.
+const fn needs(event: Event) -> Needs {
+    match event {
+        Event::Error(_) | Event::WrongEvidence => Needs::Axis,
+        _ => Needs::Angle,
+    }
+}
+
+/// Returns true if the event is one of the starts with an answer, which are fewer where others have none.
+const fn is_about_answers(event: Event) -> bool {
+    matches!(event, Event::WrongPole | Event::WrongEvidence | Event::Error(_))
+}
+
+/// Returns true if the event is one of the starts with an answer, and none has one: its rarity would say nothing of the detector.
+fn is_empty(event: Event, starts: &Silence) -> bool {
+    is_about_answers(event) && starts.answered() == 0
 }
 
 /// Returns the next effort, with the probability down to which its runs go, for an event that no run reached.

@@ -20,12 +20,10 @@ use super::witness;
 use crate::answer::{Answer, verdict};
 use crate::arguments::Qualify as Options;
 use crate::error::Error;
-use crate::shell::Report;
+use crate::shell::{NOT_SHOWN, Report};
 
 /// Exit code if a requirement failed.
 const FAILED: u8 = 1;
-/// Exit code if no requirement failed and some were not shown.
-const NOT_SHOWN: u8 = 3;
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
@@ -43,7 +41,10 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     ];
     // What is wrong with one of the cases shows before the first trial.
     let mut found = Qualification::new(requirements, &plan, &document)?;
-    let asked = Asked::new(question, "qualify", &plan, named, 0)?;
+    let asked = match Asked::new(question, "qualify", &plan, named, 0)? {
+        Ok(asked) => asked,
+        Err(finished) => return Ok(finished),
+    };
     let (watched, bar) = (&asked.watched, &asked.watched.bar);
     let mut heard: Result<Option<Vec<Witness>>, Error> = Ok(None);
     let ended = asked.run(|| {

@@ -2,10 +2,13 @@
 //! document, plan, progress, files.
 
 mod ends;
+mod finished;
 mod identity;
+pub mod silence;
 
 pub use ends::{Key, allowed};
 pub use identity::Identity;
+pub use silence::{Silence, check_command};
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -85,7 +88,8 @@ pub struct Asked<'a> {
 }
 
 impl<'a> Asked<'a> {
-    /// Begins a question that needs about `trials` trials; 0 if their number is not known.
+    /// Begins a question that needs about `trials` trials; 0 if their number is not known. With `--resume`, returns the report of an answer that
+    /// is finished.
     ///
     /// # Errors
     /// Files cannot be written; notes exist, but `--resume` is not given or they belong to another scenario; or the
@@ -96,18 +100,27 @@ impl<'a> Asked<'a> {
         plan: &'a Plan,
         options: [(&str, Option<String>); N],
         trials: u64,
-    ) -> Result<Self, Error> {
-        if let Some(folder) = folder(question, name) {
+    ) -> Result<Result<Self, Report>, Error> {
+        let folder = folder(question, name);
+        if let Some(folder) = &folder {
             let names = ["csv", "json", "html", "svg", "png"].map(|kind| format!("{name}.{kind}"));
             // Made and removed again: what cannot be written shows before the first trial.
-            drop(Output::create(&folder, &names.each_ref().map(String::as_str))?);
+            drop(Output::create(folder, &names.each_ref().map(String::as_str))?);
         }
         let identity = Identity::new(plan, options)?;
+        if let Some(folder) = folder.filter(|_| question.resume && !question.force)
+            && notes_of(question, name).is_some_and(|notes| !notes.exists())
+        {
+            identity.guard(&folder.join(format!("{name}.json")))?;
+            if let Some(report) = finished::report(&folder, name, question.json)? {
+                return Ok(Err(report));
+            }
+        }
         let watched = match notes_of(question, name) {
             Some(path) => Watched::noting(trials, Some(notes(question, path, &identity)?)),
             None => Watched::new(trials),
         };
-        Ok(Self { question, name, plan, identity, watched })
+        Ok(Ok(Self { question, name, plan, identity, watched }))
     }
 
     /// Carries out work on the requested number of threads and returns its result; none if it was interrupted.
@@ -159,6 +172,7 @@ impl<'a> Asked<'a> {
 
     /// Writes the answer, to whose JSON it adds setup and identity.
     pub fn answer(&self, scenario: &Scenario<Method<f64>>, mut answer: Answer) -> Result<Report, Error> {
+        let said = json!(finished::Said::of(&answer));
         let (file, json) = (self.plan.file(), &mut answer.json);
         json["setup"] = super::setup_json(file, &scenario.motor);
         json["method"] = file.detector.name().into();
@@ -169,6 +183,7 @@ impl<'a> Asked<'a> {
             json["map_note"] = note.into();
         }
         json[identity::KEY] = json!(self.identity);
+        json[finished::KEY] = said;
         let place = self.question.scenario.with_file_name("scenario");
         let Identity { of, options } = &self.identity;
         let setup = Some(Setup::of(&place, &of.scenario, &of.files, Vec::new()));

@@ -14,10 +14,10 @@ use standstill_analysis::limit::Limits;
 use standstill_analysis::require::{Bench, Judged, Taken};
 use standstill_campaign::Estimate;
 use standstill_report::page::Tone;
-use standstill_scenario::FileError;
+use standstill_scenario::{FileError, Plan};
 
 use self::refused::Refused;
-use super::question::{self, Key, document, plan_of, setting};
+use super::question::{self, Key, Silence, document, plan_of, setting, silence};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Require as Options;
 use crate::error::Error;
@@ -124,7 +124,10 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         ("--between", (!options.between.is_empty()).then(|| options.between.join(", "))),
         ("--most", Some(search.most.to_string())),
     ];
-    let asked = question::Asked::new(question, "require", &plan, named, 0)?;
+    let asked = match question::Asked::new(question, "require", &plan, named, 0)? {
+        Ok(asked) => asked,
+        Err(finished) => return Ok(finished),
+    };
     let limits = options.limit.clone();
     let mut found = EdgeSearch {
         bench,
@@ -139,15 +142,34 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     if last == 1 {
         return tradeoff::run(options, &plan, &mut found, ranges[0]);
     }
-    let Some(edge) = asked.run(|| found.find(&[]))? else {
+    let done = asked.run(|| {
+        let edge = found.find(&[])?;
+        let is_silent = matches!(edge, Found::Nowhere);
+        let starts = is_silent.then(|| Silence::of_angles(&plan, &asked.watched)).transpose()?;
+        Ok((edge, starts))
+    })?;
+    let Some((edge, starts)) = done else {
         return Ok(asked.interrupted(&format!("{} values were judged", found.judged.len())));
     };
     found.refused.check(&found.judged)?;
     let scenario = plan.scenario(0)?;
-    asked.answer(
-        &scenario,
-        answer(setting(plan.file(), &scenario), &question::again(&options.question), &found, &edge),
-    )
+    let again = question::again(&options.question);
+    let answer = answer(setting(plan.file(), &scenario), &again, &found, &edge, starts.as_ref());
+    let answer = match &starts {
+        Some(starts) => nowhere(answer, options, &plan, starts)?,
+        None => answer,
+    };
+    asked.answer(&scenario, answer)
+}
+
+/// Adds the commands that go on where no value meets the limits.
+fn nowhere(answer: Answer, options: &Options, plan: &Plan, starts: &Silence) -> Result<Answer, FileError> {
+    let answer = silence::or_budget(answer, &options.question, plan, starts)?;
+    if starts.is_mostly_silent() {
+        return Ok(answer);
+    }
+    let tune = format!("standstill tune {} --help", question::again(&options.question));
+    Ok(answer.next("which settings of the detector keep the limits", tune))
 }
 
 /// Returns the range of a key: the requested one, or the default around the scenario's value.
@@ -225,7 +247,13 @@ fn stretched(
     (headline, details, if sure { Tone::Neutral } else { Tone::Warning })
 }
 
-fn answer(setting: String, again: &str, asked: &EdgeSearch<'_>, found: &Found) -> Answer {
+fn answer(
+    setting: String,
+    again: &str,
+    asked: &EdgeSearch<'_>,
+    found: &Found,
+    starts: Option<&Silence>,
+) -> Answer {
     let key = &asked.bench.keys[0].0;
     let (from, to) = asked.search.range;
     let looked = format!("from {} to {}", shown(key, from), shown(key, to));
@@ -250,6 +278,9 @@ fn answer(setting: String, again: &str, asked: &EdgeSearch<'_>, found: &Found) -
         Found::Stretch(stretch) => stretched(asked, stretch, &mut json),
     };
     details.extend(refused.iter().map(ToString::to_string));
+    let starts = starts.filter(|starts| starts.is_frequent());
+    details.extend(starts.map(|starts| format!("as it is set: {}", starts.sentence())));
+    json["plain_starts"] = json!(starts.map(Silence::json));
     let figure = figures::require(key, limits, &asked.judged, found, setting.clone());
     let caption = "Each measure over its limit at each value that was looked at, with its 95 % interval where trials were added \
                    until that was narrow; elsewhere a mark, where few trials made it clear. Hatched: there the limits do not hold.";
@@ -259,12 +290,7 @@ fn answer(setting: String, again: &str, asked: &EdgeSearch<'_>, found: &Found) -
     let answer =
         Answer { json, csv: Some(asked.rows.clone()), code, ..answer.with("require", figure, caption) };
     match found {
-        Found::Nowhere => {
-            answer.next("which part of the drive makes the error", format!("standstill budget {again}")).next(
-                "which settings of the detector keep the limits",
-                format!("standstill tune {again} --help"),
-            )
-        }
+        Found::Nowhere => answer,
         Found::Everywhere => answer.next(
             "where the limits end lies beyond the values that were tried",
             format!(

@@ -14,17 +14,17 @@ use standstill_campaign::store::{
 };
 use standstill_files::read_text;
 use standstill_quantity::Quantity;
-use standstill_scenario::{Document, Origin, Plan, Rotor, ScenarioFile};
+use standstill_scenario::{Document, Origin, Plan};
 
 use self::earlier::Found;
 use self::results::Results;
-use super::question::given;
+use super::question::{check_command, given};
 use crate::arguments::{Amount, Keys, Results as Options, Rows, Run, Sweep};
 use crate::doubts;
 use crate::error::Error;
-use crate::results::{STATISTICS, SUMMARY, SummaryFile, files_wanted, guard};
+use crate::results::{Begun, STATISTICS, SUMMARY, SummaryFile, files_wanted, guard};
 use crate::scenario::{self, Shorthands};
-use crate::shell::command_line::to_resume;
+use crate::shell::command_line::{self, to_resume};
 use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::Output;
 use crate::shell::terminal::{for_reading, paragraph, tell};
@@ -100,13 +100,20 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
         doubts::warn_standing(&first);
     }
     std::fs::create_dir_all(out).map_err(Error::writing(out))?;
-    let check = check(options, plan.file());
+    let check = check_command(&options.scenario, &options.keys, options.amount.seed, plan.file());
+    let begun = Begun {
+        scenario: options.scenario.to_string_lossy().into_owned(),
+        line: given(&options.scenario.to_string_lossy(), &options.keys, options.amount.seed),
+        typed: command_line::begun(),
+        check: check.clone(),
+    };
     let mut statistics = Statistics::default();
     let mut found = if options.resume { Found::of(out, &identity)? } else { Found::default() };
     // The journal stays locked until its rows are in the files.
     let outcome = match options.rows {
         Rows::All => {
             let mut journal = journal(&path, &identity, &mut statistics)?;
+            begun.note(out)?;
             say(options, &plan, &identity)?;
             advance(&trials, &mut found.rows, &mut journal, statistics, &stop)
                 .and_then(|done| if done { write(options, &path, &stop, check.as_deref()) } else { Ok(None) })
@@ -117,6 +124,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
             for earlier in &found.tallies {
                 tally = tally.after(earlier);
             }
+            begun.note(out)?;
             say(options, &plan, &identity)?;
             advance(&trials, &mut found.rows, &mut tally, statistics, &stop)
                 .and_then(|done| if done { write(options, &path, &stop, check.as_deref()) } else { Ok(None) })
@@ -143,19 +151,6 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
             Err(error)
         }
     }
-}
-
-/// Returns the command that looks for a method and settings that answer under the conditions of the run; none if what the run is about is a
-/// fault, a rotor that is driven or a detector of the user's own, which that command does not judge.
-fn check(options: &Run, file: &ScenarioFile) -> Option<String> {
-    let has_own = file.detector.library.is_some() || host::current().is_some();
-    if has_own || !file.faults.is_empty() || !file.axes.is_empty() || file.rotor.state() == Rotor::Driven {
-        return None;
-    }
-    // Settings that are set are not searched.
-    let set = options.keys.set.iter().filter(|(key, _)| !key.starts_with("detector.")).cloned().collect();
-    let (scenario, keys) = (options.scenario.to_string_lossy(), Keys { set, detector: None });
-    Some(format!("standstill check {}", given(&scenario, &keys, options.amount.seed)))
 }
 
 /// Prints what will be simulated, after all checks have passed.

@@ -7,7 +7,7 @@ use serde_json::json;
 use standstill_campaign::store::{ShardsError, State, Survey};
 
 use crate::arguments::Status;
-use crate::results::SummaryFile;
+use crate::results::{Begun, SUMMARY, SummaryFile, Tables};
 use crate::shell::Report;
 
 use crate::error::Error;
@@ -69,6 +69,9 @@ pub fn run(options: &Status) -> Result<Report, Error> {
     let stopped = |state| !matches!(state, State::Done | State::Running);
     if plain && open.iter().any(|shard| stopped(shard.state)) {
         text += "\nGive the command that began it again, with --resume: it goes on where the journal ends.\n";
+        if let Some(begun) = options.folders.iter().find_map(|folder| Begun::of(folder)) {
+            let _ = writeln!(text, "  {} --resume", begun.typed);
+        }
     }
     if !again.is_empty() {
         let _ = writeln!(text, "\nSubmit again with --array={again}");
@@ -78,9 +81,14 @@ pub fn run(options: &Status) -> Result<Report, Error> {
 
 /// Returns the report on a folder without journals, in which a finished run leaves only its summary.
 fn finished(folder: &Path, as_json: bool) -> Result<Report, Error> {
-    let Ok(summary) = SummaryFile::read(folder) else {
+    if !folder.join(SUMMARY).exists() {
         return Err(ShardsError::None(folder.to_owned()).into());
-    };
+    }
+    let summary = SummaryFile::read(folder)?;
+    // What was changed or removed since is no result of the run.
+    for table in summary.tables.iter().flat_map(Tables::names) {
+        summary.check(&folder.join(table))?;
+    }
     let (run, trials) = (&summary.run, summary.trials());
     let text = if as_json {
         let counts: serde_json::Map<_, _> = State::ALL

@@ -118,6 +118,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         asked: Some(asked),
         tables: TraceTable::of(&trace)
             .map(|table| written(table, &trace, options.format, &metadata))
+            .chain(verified.iter().map(|error| error.table(&metadata)))
             .collect(),
         ..Made::default()
     };

@@ -12,15 +12,16 @@ use standstill_detect::keys as settings;
 use standstill_report::page::{Block, Tone};
 use standstill_scenario::Document;
 
-use super::question::{self, Key, document, plan_of, setting};
+use super::question::{self, Key, Silence, document, plan_of, setting, silence};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Tune as Options;
 use crate::error::Error;
 use crate::figures;
-use crate::shell::Report;
 use crate::shell::command_line::set;
 use crate::shell::progress::Watched;
 use crate::shell::values::shown;
+use crate::shell::{NOT_SHOWN, Report};
+use crate::summary::FAILING;
 
 /// Keys of the drive that a user can change, including a timer's clock, which has a prescaler; all other keys are
 /// properties of parts.
@@ -57,7 +58,10 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         ("--trials", Some(last.to_string())),
         ("--starts", options.starts.map(|starts| starts.to_string())),
     ];
-    let question = question::Asked::new(question, "tune", &plan, named, 0)?;
+    let question = match question::Asked::new(question, "tune", &plan, named, 0)? {
+        Ok(question) => question,
+        Err(finished) => return Ok(finished),
+    };
     let watched = &question.watched;
     let found = question.run(|| {
         let limits = limits(options, &document, plan.file().seed, last, watched)?;
@@ -76,14 +80,26 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         };
         let mut hear = |stage: String| watched.bar.set_message(stage);
         let tuned = asked.tune(watched, &mut hear)?;
-        Ok((asked, tuned))
+        let is_open = !tuned.is_found() || unanswered(&tuned) > FAILING;
+        let starts = is_open.then(|| Silence::of_angles(&plan, watched)).transpose()?;
+        Ok((asked, tuned, starts))
     })?;
-    let Some((asked, tuned)) = found else {
+    let Some((asked, tuned, starts)) = found else {
         return Ok(question.interrupted("the search was not complete"));
     };
     let scenario = plan.scenario(0)?;
     let again = question::again(&options.question);
-    question.answer(&scenario, answer(setting(plan.file(), &scenario), &again, &asked, &tuned))
+    let answer = answer(setting(plan.file(), &scenario), &again, &asked, &tuned, starts.as_ref());
+    let answer = match &starts {
+        Some(starts) => silence::or_budget(answer, &options.question, &plan, starts)?,
+        None => answer,
+    };
+    question.answer(&scenario, answer)
+}
+
+/// Returns the share of starts without an answer with the best settings.
+fn unanswered(tuned: &Tuned) -> f64 {
+    tuned.best.measured.get(Measure::Unanswered).value
 }
 
 /// Returns the keys with their ranges, both ends of which are checked.
@@ -175,11 +191,20 @@ fn measures_json(measures: &[(Measure, Estimate)]) -> Value {
     json!(measures.iter().map(one).collect::<IndexMap<String, Value>>())
 }
 
-fn answer(setting: String, again: &str, asked: &Asked<'_>, tuned: &Tuned) -> Answer {
+fn answer(
+    setting: String,
+    again: &str,
+    asked: &Asked<'_>,
+    tuned: &Tuned,
+    starts: Option<&Silence>,
+) -> Answer {
     let (tone, headline) = words::headline(asked, tuned);
-    let details = words::details(asked, tuned);
-    // What breaks a limit is not there to copy.
-    let found = tuned.is_found();
+    let mut details = words::details(asked, tuned);
+    let starts = starts.filter(|starts| starts.is_frequent());
+    details.extend(starts.map(|starts| format!("as it is set: {}", starts.sentence())));
+    // What breaks a limit, or answers no start, is not there to copy.
+    let is_silent = unanswered(tuned) >= 1.0;
+    let found = tuned.is_found() && !is_silent;
     let settings = found.then(|| words::toml(asked, &tuned.best));
     let mut json = json!({
         "minimise": asked.goal.minimise.to_string(),
@@ -226,10 +251,10 @@ fn answer(setting: String, again: &str, asked: &Asked<'_>, tuned: &Tuned) -> Ans
     let blocks = std::iter::once(table).chain(copied).collect();
     let title = format!("Settings with the smallest {}", asked.goal.minimise);
     let answer = Answer::new("tune", title, setting, verdict(tone, headline, details), blocks);
-    let code = u8::from(!tuned.limits.holds || tone == Tone::Bad);
+    let code = if is_silent { NOT_SHOWN } else { u8::from(!tuned.limits.holds || tone == Tone::Bad) };
     let answer = Answer { json, csv: Some(records), code, ..answer.with("tune", figure, caption) };
     if !found {
-        return answer.next("which part of the drive makes the error", format!("standstill budget {again}"));
+        return answer;
     }
     let pairs = asked.ranges.iter().zip(&tuned.best.values);
     let keys = pairs.map(|(range, value)| set(&range.key, &shown(&range.key, *value)));

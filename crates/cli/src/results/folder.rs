@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use standstill_campaign::store::{Identity, Journal, Row, Rows, Shard};
 use standstill_interface::Choice as _;
 use standstill_report::study::ErrorCloud;
-use standstill_scenario::{Document, ScenarioFile, Verdict};
+use standstill_scenario::{Document, Rotor, ScenarioFile, Verdict};
 use standstill_table::{Cell, Column, Format, Reader, TableError};
 
-use super::{STATISTICS, SUMMARY, SummaryFile, intact, trials_name};
+use super::{Begun, STATISTICS, SUMMARY, SummaryFile, intact, trials_name};
 use crate::columns::{HALF_SECTOR, trial_columns};
 use crate::error::Error;
 use crate::shell::command_line::quoted;
@@ -23,6 +23,29 @@ pub struct FinishedRun {
     pub file: ScenarioFile,
     /// The only folder whose files the scenario may read; none: no restriction.
     pub fence: Option<PathBuf>,
+}
+
+impl FinishedRun {
+    /// Returns how the run's command line named its scenario, with a note where nothing says that.
+    pub fn begun(&self) -> (Begun, &'static str) {
+        const STAND_IN: &str = "scenario.toml";
+        if let Some(begun) = Begun::of(&self.folder) {
+            return (begun, "");
+        }
+        let file = &self.file;
+        let is_judged =
+            file.detector.library.is_none() && file.faults.is_empty() && file.rotor.state() != Rotor::Driven;
+        let check = is_judged.then(|| format!("standstill check {STAND_IN}"));
+        let [scenario, line, typed] = [STAND_IN, STAND_IN, ""].map(str::to_owned);
+        let begun = Begun { scenario, line, typed, check };
+        (begun, " (scenario.toml: the run's own file, or the scenario on its page)")
+    }
+
+    /// Returns the option of `run` for the format of the trials, with a leading space; empty for the default format.
+    pub fn format_option(&self) -> &'static str {
+        let is_parquet = self.trials.extension().is_some_and(|ending| ending == "parquet");
+        if is_parquet { " --format parquet" } else { "" }
+    }
 }
 
 /// Returns the error of a folder without readable trials, with advice on how to get them.
@@ -92,10 +115,14 @@ fn unfinished(folder: &Path) -> Result<(), Error> {
         } else {
             format!("a run that is not finished{}", done(&journal).map(|(_, done)| done).unwrap_or_default())
         };
-        let folder = quoted(&folder.display().to_string());
-        let needed = format!(
-            "its end: `standstill run SCENARIO --resume --out {folder}` goes on, with the options that it began with"
-        );
+        let begun = Begun::of(folder);
+        let needed = match begun {
+            Some(begun) => format!("its end: `{} --resume` goes on", begun.typed),
+            None => format!(
+                "its end: `standstill run SCENARIO --resume --out {}` goes on, with the options that it began with",
+                quoted(&folder.display().to_string())
+            ),
+        };
         return error(&journal, found, needed);
     }
     match shards.count() {

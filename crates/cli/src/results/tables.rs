@@ -28,6 +28,11 @@ impl Tables {
         names.into_iter().map(digest).collect::<Result<_, _>>().map(Self)
     }
 
+    /// Iterates over the names of the tables.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.0.keys().map(String::as_str)
+    }
+
     /// Refuses a table that was changed since it was written. For a run of an older version without digests (`None`) a
     /// message states that this cannot be checked.
     ///

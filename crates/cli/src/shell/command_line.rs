@@ -36,6 +36,13 @@ pub fn typed() -> String {
     typed_of(None)
 }
 
+/// Returns this process's command line as it begins a work: without `--resume` and `--force`.
+pub fn begun() -> String {
+    let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
+    let words = words.filter(|word| !["--resume", "--force"].contains(&word.as_str()));
+    std::iter::once("standstill".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
 /// Returns this process's command line with the scenario's file replaced by `scenario.toml`.
 pub fn typed_of(scenario: Option<&Path>) -> String {
     if super::host::current().is_some() {
@@ -48,11 +55,15 @@ pub fn typed_of(scenario: Option<&Path>) -> String {
     std::iter::once("standstill".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
+/// Beginning of an entry that is the digest of an option's file.
+pub const DIGEST_OF: &str = "digest of ";
+
 /// Makes a command line of this program. An option with several values, joined by commas, is repeated for each. An
-/// entry without a leading dash is a further file, whose value is its digest.
+/// entry without a leading dash is a further file, whose value is its digest; one that begins with [`DIGEST_OF`] is the digest of an option's
+/// file, which the command line does not have.
 pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'a String)>) -> String {
     let mut words = vec![format!("standstill {name} scenario.toml")];
-    for (option, values) in options {
+    for (option, values) in options.into_iter().filter(|(option, _)| !option.starts_with(DIGEST_OF)) {
         if !option.starts_with('-') {
             words.push(quoted(option));
             continue;

@@ -78,12 +78,15 @@ fn regress_a_budget_of_starts_without_an_axis_says_so() {
     let folder = super::folder();
     let path = folder.path();
     std::fs::write(path.join("s.toml"), format!("{SCENARIO}errors = \"default\"\n")).expect("written");
-    let none =
-        super::mistake(&["budget", "s.toml", "--pairs", "100", "-s", "detector.least_saliency=0.9"], path);
-    assert!(none.contains("of 100 pairs of starts 0 have an axis"), "{none}");
-    assert!(none.contains("`standstill run s.toml -s detector.least_saliency=0.9` says why"), "{none}");
+    let none = standstill(&["budget", "s.toml", "--pairs", "100", "-s", "detector.least_saliency=0.9"], path);
+    let said = String::from_utf8_lossy(&none.stdout);
+    assert_eq!(none.status.code(), Some(3), "{said}");
+    assert!(said.contains("of 100 pairs of starts 0 have an axis"), "{said}");
+    assert!(said.contains("none of 1000 plain starts has an axis: no saliency found"), "{said}");
+    // Settings that are given are not searched.
+    assert!(said.ends_with("    standstill check s.toml\n"), "{said}");
     let some = ["-s", "sensors.noise=1 mA", "-s", "errors=none", "-s", "detector.least_saliency=0.23"];
-    let output = standstill(&[&["budget", "s.toml", "--pairs", "360"][..], &some].concat(), path);
+    let output = standstill(&[&["budget", "s.toml", "--pairs", "360", "--force"][..], &some].concat(), path);
     assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"), "{output:?}");
     // Most samples are left out: the shares of the rest are doubtful.
     let said = String::from_utf8_lossy(&output.stdout);

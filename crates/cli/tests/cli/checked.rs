@@ -296,7 +296,8 @@ fn regress_a_run_whose_starts_have_no_answer_says_what_to_do_next() {
     );
     let explained = said(&standstill(&["explain", "broken", "--unanswered", "--worst", "1"], at));
     assert!(
-        explained.contains("failed: too little current") && explained.contains("scenario.toml"),
+        explained.contains("failed: too little current")
+            && explained.contains("standstill trace drone-u8 -s"),
         "{explained}"
     );
     // One that answers has nothing to look for.

@@ -164,6 +164,8 @@ fn regress_of_a_run_without_shards_nothing_is_submitted_again() {
         let text = String::from_utf8(standstill(&["status", rows], path).stdout).expect("text");
         assert!(text.starts_with("a run without shards: begun\n") && text.contains(journal), "{text}");
         assert!(text.contains("with --resume") && !text.contains("--array"), "{text}");
+        let again = format!("\n  standstill {} --resume\n", words.join(" "));
+        assert!(text.contains(&again), "{text}");
         let json = standstill(&["status", rows, "--json"], path).stdout;
         let json: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
         assert!(json["array"].is_null() && json["shards"][0]["state"] == "begun", "{json}");

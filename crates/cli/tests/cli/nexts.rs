@@ -124,3 +124,98 @@ fn regress_what_goes_on_from_a_trace_or_a_comparison_has_its_motor_its_errors_an
     ]);
     assert!(compared.contains("-s detector.method=bipolar -s errors=none -s rotor.state=free"), "{compared}");
 }
+
+/// Returns the commands that stand below "What next:" in a text, without the program's name.
+fn commands(text: &str) -> Vec<String> {
+    let next = text.split("What next:\n").nth(1).unwrap_or_default();
+    next.lines().filter_map(|line| line.strip_prefix("    standstill ")).map(str::to_owned).collect()
+}
+
+/// Motors whose sheets give one inductance for both axes: no start has an answer, whatever is asked. Each answer says so with the reason, ends
+/// with code 3 or, where no value meets a limit, 1, and the commands that it prints are carried out.
+#[test]
+fn law_where_no_start_answers_each_question_says_why_and_what_it_prints_runs() {
+    let folder = folder();
+    let at = folder.path();
+    for motor in ["drone-5010", "servo-2310"] {
+        let sheet = format!("{motor}.toml");
+        let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/motors/");
+        fs::copy(format!("{examples}{sheet}"), at.join(&sheet)).expect("copied");
+        let asked: [(&[&str], i32); 8] = [
+            (&["odds", &sheet, "--event", "|e| > 3 deg", "--effort", "quick"], 3),
+            (&["budget", &sheet, "--pairs", "100"], 3),
+            (&["bounds", &sheet, "--angles", "2"], 3),
+            (&["faults", &sheet, "--mode", "current-gain", "--trials", "20"], 3),
+            (&["require", &sheet, "--key", "sensors.noise", "--limit", "rms <= 1 deg", "--most", "100"], 1),
+            (
+                &[
+                    "require",
+                    &sheet,
+                    "--key",
+                    "sensors.noise",
+                    "--key",
+                    "sensors.jitter",
+                    "--limit",
+                    "rms <= 1 deg",
+                    "--most",
+                    "100",
+                    "--force",
+                ],
+                1,
+            ),
+            (
+                &[
+                    "tune",
+                    &sheet,
+                    "--vary",
+                    "detector.rounds=2:3",
+                    "--minimise",
+                    "rms",
+                    "--trials",
+                    "1000",
+                    "--starts",
+                    "1",
+                ],
+                3,
+            ),
+            (
+                &[
+                    "compare",
+                    &sheet,
+                    "--trials",
+                    "4",
+                    "--no-limit",
+                    "--errors",
+                    "default",
+                    "--rotor",
+                    "locked",
+                ],
+                0,
+            ),
+        ];
+        let mut next = std::collections::BTreeSet::new();
+        for (words, code) in asked {
+            let output = standstill(words, at);
+            let text = String::from_utf8(output.stdout).expect("text");
+            let heard = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(output.status.code(), Some(code), "{words:?}: {text}{heard}");
+            assert!(text.contains("no saliency found"), "{words:?}: {text}");
+            let commands = commands(&text);
+            let check = format!("check {sheet}");
+            assert!(
+                commands.first().is_some_and(|first| first.starts_with(&check)),
+                "{words:?}: {commands:?}"
+            );
+            next.extend(commands);
+        }
+        for command in next {
+            // A check of a moment.
+            let effort = if command.starts_with("check") { &["--effort", "quick"][..] } else { &[] };
+            let given = words(&command);
+            let given: Vec<&str> = given.iter().map(String::as_str).chain(effort.iter().copied()).collect();
+            let output = standstill(&given, at);
+            let heard = String::from_utf8_lossy(&output.stderr);
+            assert!(matches!(output.status.code(), Some(0 | 1)), "{command}: {heard}");
+        }
+    }
+}

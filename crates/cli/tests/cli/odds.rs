@@ -101,3 +101,51 @@ fn regress_an_event_that_cannot_happen_is_refused() {
         assert!(message.contains(part), "{part}: {message}");
     }
 }
+
+/// Pulses that are too short to tell the poles: hardly a start names one, so a wrong one is as rare as can be, and that is no merit.
+#[test]
+fn regress_the_odds_of_starts_without_an_answer_say_so() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), "motor = \"outrunner\"\ndetector.method = \"bipolar\"\n")
+        .expect("written");
+    let ask = |more: &[&str]| {
+        let asked = ["odds", "s.toml", "--event", "wrong-pole", "--effort", "quick", "--force"];
+        let output = standstill(&[&asked[..], more].concat(), path);
+        (output.status.code(), String::from_utf8(output.stdout).expect("text"))
+    };
+    let plain = |path: &std::path::Path| {
+        let json = fs::read_to_string(path.join("standstill-out/s-odds/odds.json")).expect("an answer");
+        let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        (json["probability"].clone(), json["plain_starts"].clone())
+    };
+    let (code, text) = ask(&["-s", "detector.pulse=4us"]);
+    assert_eq!(code, Some(3), "{text}");
+    assert!(
+        text.contains("wrong-pole: nothing to be said, for none of 1000 plain starts has an answer: "),
+        "{text}"
+    );
+    assert!(
+        text.contains("What next:\n  whether other settings answer\n    standstill check s.toml\n"),
+        "{text}"
+    );
+    let (probability, starts) = plain(path);
+    assert!(probability.is_null() && starts["with_angle"] == 0 && starts["starts"] == 1000, "{starts}");
+    // Of a part of the starts the number stands beside their share, on the page too.
+    let (code, text) = ask(&["-s", "detector.pulse=13us"]);
+    let (probability, starts) = plain(path);
+    let without = 1000 - starts["with_angle"].as_u64().expect("a count");
+    assert!(code == Some(0) && probability.is_f64() && (20..980).contains(&without), "{without}: {text}");
+    let headline = text.lines().find(|line| line.starts_with("wrong-pole: ")).expect("a headline");
+    let beside = format!("; {without} of 1000 plain starts have no answer");
+    assert!(headline.ends_with(&beside), "{headline}");
+    let page = fs::read_to_string(path.join("standstill-out/s-odds/odds.html")).expect("a page");
+    assert!(page.contains(&beside) && page.contains("standstill check s.toml"));
+    // The plain starts are those of `run`.
+    let run = ["run", "s.toml", "--trials", "1000", "-s", "detector.pulse=13us", "--json"];
+    let run: serde_json::Value = serde_json::from_slice(&standstill(&run, path).stdout).expect("JSON");
+    assert_eq!(run["summary"]["found"], starts["with_angle"]);
+    // Where all answer, that is said as well.
+    let (_, text) = ask(&[]);
+    assert!(text.contains("\n  each of 1000 plain starts has an answer\n"), "{text}");
+}

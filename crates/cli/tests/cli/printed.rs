@@ -7,6 +7,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
+use standstill_detect::MethodName;
+
 use super::{folder, standstill};
 
 /// The page with what its commands say, but for those that begin with one of `left_out`; `files` of `examples/` lie beside it.
@@ -30,11 +32,8 @@ fn as_printed(page: &str, files: &[&str], left_out: &[&str]) -> String {
             Some(words) if !left_out.iter().any(|begin| words.starts_with(begin)) => {
                 let arguments: Vec<&str> = words.split_whitespace().collect();
                 let output = standstill(&arguments, folder.path());
-                // How far long work has come depends on the machine.
                 let stderr = String::from_utf8(output.stderr).expect("text");
-                let told = stderr.split_inclusive('\n').filter(|line| {
-                    ![" %) after ", " step after ", " steps after "].iter().any(|of| line.contains(of))
-                });
+                let told = stderr.split_inclusive('\n').filter(|line| !is_progress(line));
                 let said = told.collect::<String>() + &String::from_utf8(output.stdout).expect("text");
                 let lines: Vec<&str> = said.trim_end().lines().map(str::trim_end).collect();
                 let _ = write!(out, "{kind}\n$ standstill {words}\n{}\n", lines.join("\n"));
@@ -45,6 +44,13 @@ fn as_printed(page: &str, files: &[&str], left_out: &[&str]) -> String {
         out += blocks.next().expect("each block ends");
     }
     out
+}
+
+/// Whether a line is progress: how far long work has come, which depends on the machine, or what `check` knows of a method before its answer.
+fn is_progress(line: &str) -> bool {
+    let of_method = |method: &MethodName| line.starts_with(&format!("standstill: {}: ", method.name()));
+    [" %) after ", " steps after ", " step after "].iter().any(|part| line.contains(part))
+        || MethodName::ALL.iter().any(of_method)
 }
 
 /// That a page of `docs/` says what the program says, but for the commands that begin with one of `left_out`.

@@ -100,3 +100,45 @@ fn regress_an_answer_is_not_replaced_by_that_to_another_question() {
     fs::write(path.join("k/odds.json"), "{}").expect("written");
     assert!(mistake(&[odds, &["moved > 1 deg"]].concat(), path).contains("this file does not say which"));
 }
+
+/// A question that is finished is not computed again by `--resume`: the answer that is there is printed, with its code and its next commands.
+#[test]
+fn regress_resume_prints_an_answer_that_is_finished() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    let asked = [
+        "require",
+        "s.toml",
+        "--key",
+        "sensors.noise",
+        "--between",
+        "5 mA:20 mA",
+        "--most",
+        "100",
+        "--limit",
+        "rms <= 0.001 deg",
+    ];
+    let ask = |more: &[&str]| {
+        let output = super::standstill(&[&asked[..], more].concat(), path);
+        (output.status.code(), String::from_utf8(output.stdout).expect("text"))
+    };
+    let (code, first) = ask(&[]);
+    let file = path.join("standstill-out/s-require/require.html");
+    let written = || fs::metadata(&file).and_then(|file| file.modified()).expect("a page");
+    let before = written();
+    let (again, text) = ask(&["--resume"]);
+    assert_eq!((code, again), (Some(1), Some(1)), "{text}");
+    assert!(text.contains("This is the finished answer; nothing was computed again."), "{text}");
+    assert_eq!(written(), before, "the page was written again");
+    for line in first.lines() {
+        assert!(text.contains(line), "{line} is missing: {text}");
+    }
+    // As JSON it is the file.
+    let (_, json) = ask(&["--resume", "--json", "--out", "standstill-out/s-require"]);
+    assert_eq!(json, fs::read_to_string(file.with_extension("json")).expect("JSON"));
+    // Without its page it is made anew.
+    fs::remove_file(&file).expect("removed");
+    let (_, text) = ask(&["--resume"]);
+    assert!(!text.contains("This is the finished answer") && file.exists(), "{text}");
+}

@@ -24,9 +24,12 @@ fn regress_files_without_a_key_are_no_motors_in_silence() {
     let output = standstill(&["check", "empty.toml", "-s", "detector.method=bipolar"], at);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     let said = "standstill: empty.toml has no key: this is the default scenario, with the motor paper-5k5\n";
-    // Whatever else is there is progress.
-    let rest = error.strip_prefix(said).map(|rest| rest.as_bytes().to_vec());
-    let rest = std::process::Output { stderr: rest.unwrap_or_else(|| panic!("{error}")), ..output };
+    // Whatever else is there is progress: in a log, too, a line for each method as soon as it is judged.
+    let rest = error.strip_prefix(said).unwrap_or_else(|| panic!("{error}"));
+    let (judged, rest): (Vec<&str>, Vec<&str>) =
+        rest.lines().partition(|line| line.starts_with("standstill: bipolar: "));
+    assert!(judged.len() == 1 && judged[0].contains(": suited"), "{error}");
+    let rest = std::process::Output { stderr: rest.join("\n").into_bytes(), ..output };
     assert!(rest.status.success() && quiet(&rest), "{error}");
     let run = standstill(&["run", "empty.toml", "--trials", "5"], at);
     assert!(run.stdout.starts_with(b"Simulating paper-5k5, "), "{run:?}");
@@ -69,7 +72,7 @@ fn regress_what_was_found_has_no_names_of_types() {
             "[sensors]\nwinding = 1",
             "`sensors.winding`: unknown here: a motor has `motor.winding`; known here: ",
         ),
-        ("motor = \"percent.toml\"", "saturation.d is 6 (did you mean \"6 %\"?), but must be from"),
+        ("motor = \"percent.toml\"", "`saturation.d` is 6 (did you mean \"6 %\"?), but must be from"),
         (
             "errors = \"none\"\ninverter = { devices = \"mosfet\", channel_resistance = \"10 mΩ\" }",
             "found 10 mΩ, needed at most 0.000 mΩ, or an `inverter.diode_drop` of at least 0.2002 V",

@@ -13,6 +13,8 @@ use standstill_sim::Ended;
 use super::Repeated;
 use crate::answer::verdict;
 use crate::commands::trace::specimen;
+use crate::results::Begun;
+use crate::shell::command_line::set;
 use crate::summary::{decimals_of, fixed};
 
 /// Number of errors that a terminal lists, those with the largest effect first.
@@ -106,13 +108,13 @@ fn turned(record: &Record, scenario: &Scenario<Method<f64>>) -> Option<String> {
     })
 }
 
-/// Returns the command that goes on from a trial, with its purpose. `scenario.toml` stands for the file of the run.
-pub fn next(plan: &Plan, of: &Repeated) -> (String, String) {
+/// Returns the command that goes on from a trial, with its purpose.
+pub fn next(of: &Repeated, named: &Begun) -> (String, String) {
     let (explained, scenario) = (&of.explained, &of.single.scenario);
     let (record, method_alone) = (&explained.record, &explained.without_all);
     let far = |record: &Record| record.miss_deg().map_or(180.0, f64::abs);
     let require = |key: &str| {
-        format!("standstill require scenario.toml --key {key} --limit \"p95 <= 5 deg, unanswered <= 1 %\"")
+        format!("standstill require {} --key {key} --limit \"p95 <= 5 deg, unanswered <= 1 %\"", named.line)
     };
     let main = explained.causes.first().filter(|cause| {
         !cause.within_rounding
@@ -125,14 +127,27 @@ pub fn next(plan: &Plan, of: &Repeated) -> (String, String) {
     {
         return ("the speed that starts may have".to_owned(), require("rotor.speed"));
     }
-    match main {
-        Some(cause) => (format!("how small {} must be", cause.key), require(&cause.key)),
-        None if far(method_alone) >= 0.5 * far(record) && plan.file().detector.library.is_none() => (
+    match (main, &named.check) {
+        (Some(cause), _) => (format!("how small {} must be", cause.key), require(&cause.key)),
+        (None, Some(check)) if far(method_alone) >= 0.5 * far(record) => (
             "no error of drive and sensors makes it; settings with which starts end otherwise".to_owned(),
-            "standstill check scenario.toml".to_owned(),
+            check.clone(),
         ),
-        None => {
-            ("the part of each error in all starts".to_owned(), "standstill budget scenario.toml".to_owned())
+        (None, None) if far(method_alone) >= 0.5 * far(record) => {
+            let trial = record.trial;
+            let trials = if named.line.contains("trials=") {
+                String::new()
+            } else {
+                set("trials", &(trial + 1).to_string())
+            };
+            let point =
+                if of.chosen.point > 0 { format!(" --point {}", of.chosen.point) } else { String::new() };
+            let command =
+                format!("standstill trace {}{trials}{point} --trial {trial} --out trace-{trial}", named.line);
+            ("this start with all its waveforms".to_owned(), command)
+        }
+        (None, _) => {
+            ("the part of each error in all starts".to_owned(), format!("standstill budget {}", named.line))
         }
     }
 }

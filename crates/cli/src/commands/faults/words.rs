@@ -5,6 +5,7 @@ use standstill_quantity::short;
 use standstill_report::page::Tone;
 
 use super::{Row, Subject, percent};
+use crate::summary::FAILING;
 
 /// Largest share of dangerous answers of a fault with which the headline is good.
 const MOST: f64 = 1e-3;
@@ -18,8 +19,23 @@ fn rows_of(count: usize) -> String {
     if count == 1 { "the one fault".to_owned() } else { format!("{count} faults") }
 }
 
+/// Returns true if no start has an answer without a fault: then no fault can be told from a sound drive.
+pub fn is_silent(rows: &[Row]) -> bool {
+    let mut whole = rows.iter().filter(|row| row.entry.modes.is_empty()).peekable();
+    whole.peek().is_some() && whole.all(|row| row.counts.detected() == row.counts.trials)
+}
+
+/// Returns true if more starts of a method have no answer without a fault than `check` allows.
+pub fn is_mute(row: &Row) -> bool {
+    row.entry.modes.is_empty() && row.counts.detected() as f64 > FAILING * row.counts.trials as f64
+}
+
 /// Returns the headline: how many faults lead to answers that are dangerous. No answer is the right answer here.
 pub fn headline(rows: &[Row]) -> (Tone, String) {
+    if is_silent(rows) {
+        let text = "Nothing to be said of faults, for without a fault no start has an answer";
+        return (Tone::Bad, text.to_owned());
+    }
     let faults = faults(rows);
     let open: Vec<&&Row> = faults.iter().filter(|row| row.counts.undetected_bound() > MOST).collect();
     let of = rows_of(faults.len());
@@ -72,6 +88,10 @@ pub fn details(of: &Subject<'_>, rows: &[Row]) -> Vec<String> {
     details.extend(whole.map(|row| {
         let share = percent(row.counts.undetected(), row.counts.trials);
         format!("without a fault {share} % of the answers of {} are dangerous", row.method)
+    }));
+    details.extend(rows.iter().filter(|row| is_mute(row)).map(|row| {
+        let share = percent(row.counts.detected(), row.counts.trials);
+        format!("without a fault {share} % of the starts of {} have no answer: {}", row.method, row.reason())
     }));
     details.push(format!(
         "moved: by more than {}°; current: more than {} A, the rated one, or the drive's trip",

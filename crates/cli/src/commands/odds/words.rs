@@ -8,6 +8,8 @@ use standstill_quantity::{magnitude, rounded};
 use standstill_report::page::{Block, Column, Section, Table, Tone};
 
 use crate::answer::{Answer, Record, Records, verdict};
+use crate::commands::question::Silence;
+use crate::shell::NOT_SHOWN;
 use crate::shell::values::{probability, probability_interval};
 
 /// Number of draws that are listed for a sector.
@@ -71,7 +73,27 @@ fn share_of(event: Event, in_sectors: bool) -> String {
     }
 }
 
-fn headline(event: Event, odds: &Odds) -> String {
+/// Returns the answer where no start has an answer of which the event could be asked.
+pub(super) fn unanswered(setting: String, event: Event, starts: &Silence) -> Answer {
+    let headline = format!("{event}: nothing to be said, for {}", starts.sentence());
+    let verdict = verdict(Tone::Bad, headline, Vec::new());
+    let json = json!({
+        "event": event.to_string(),
+        "probability": null,
+        "low": null,
+        "high": null,
+        "plain_starts": starts.json(),
+    });
+    let answer = Answer::new("odds", format!("Odds of {event}"), setting, verdict, Vec::new());
+    Answer { json, csv: Some(Records::default()), code: NOT_SHOWN, ..answer }
+}
+
+fn headline(event: Event, odds: &Odds, starts: &Silence) -> String {
+    let rarity = rarity(event, odds);
+    if starts.is_frequent() { format!("{rarity}; {}", starts.counted()) } else { rarity }
+}
+
+fn rarity(event: Event, odds: &Odds) -> String {
     if let Some(often) = one_in(&odds.probability) {
         return format!("{event}: {}, {often}", probability_interval(&odds.probability));
     }
@@ -144,6 +166,7 @@ pub(super) fn answer(
     in_sectors: bool,
     odds: &Odds,
     anatomy: &Anatomy,
+    starts: &Silence,
 ) -> Answer {
     let found = odds.probability;
     let alarms: Vec<String> = odds.alarms.iter().map(ToString::to_string).collect();
@@ -164,17 +187,18 @@ pub(super) fn answer(
         "levels": odds.levels,
         "by": by,
         "runs": records,
+        "plain_starts": starts.json(),
         "alarms": alarms,
         "remarks": remarks,
         "sectors": anatomy.sectors.iter().map(sector).collect::<Vec<_>>(),
     });
-    let tone = if alarms.is_empty() { Tone::Neutral } else { Tone::Warning };
+    let tone = if alarms.is_empty() && !starts.is_frequent() { Tone::Neutral } else { Tone::Warning };
     let levels =
         (odds.estimator == By::Subset).then(|| format!("levels of {}", event.order_parameter(in_sectors)));
     let doubts = alarms.iter().map(|alarm| format!("doubtful: {alarm}"));
-    let details =
-        [share_of(event, in_sectors), method(odds)].into_iter().chain(levels).chain(doubts).chain(remarks);
-    let verdict = verdict(tone, headline(event, odds), details.collect());
+    let details = [share_of(event, in_sectors), starts.sentence(), method(odds)].into_iter();
+    let details = details.chain(levels).chain(doubts).chain(remarks);
+    let verdict = verdict(tone, headline(event, odds, starts), details.collect());
     let mut answer = Answer::new("odds", format!("Odds of {event}"), setting, verdict, Vec::new());
     let looks = Section::new("What it looks like", [Block::Table(sectors(anatomy))]);
     answer.sections.extend((!anatomy.sectors.is_empty()).then_some(looks));
@@ -185,10 +209,11 @@ pub(super) fn answer(
 
 #[cfg(test)]
 mod tests {
-    use standstill_analysis::subset::Settings;
+    use standstill_analysis::Answers;
+    use standstill_analysis::subset::{End, Settings};
 
     use super::*;
-    use standstill_analysis::subset::End;
+    use crate::commands::question::silence::Needs;
 
     #[test]
     fn law_one_in_so_many_has_few_digits() {
@@ -223,7 +248,8 @@ mod tests {
         let mut odds = Odds::of_runs(&settings, vec![run(End::TooRare, 1e-16); 8]);
         odds.remarks.push(standstill_analysis::Alarm::Unled(0.05));
         let none = Anatomy { sectors: Vec::new(), typical: None };
-        let answer = answer("setting".to_owned(), Event::Failed, false, &odds, &none);
+        let starts = Silence { answers: Answers { starts: 1000, ..Answers::default() }, needs: Needs::Angle };
+        let answer = answer("setting".to_owned(), Event::Failed, false, &odds, &none, &starts);
         let text = answer.text();
         let headline = "failed: not reached, at most 1.15e-4 (97.5 %, none in 32000 plain trials)\n";
         assert!(text.contains(headline) && text.contains("the runs gave up at 1e-16"), "{text}");

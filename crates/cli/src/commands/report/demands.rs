@@ -6,7 +6,7 @@ use standstill_quantity::at_most;
 use standstill_scenario::Rotor;
 
 use super::verdict::Poles;
-use crate::results::FinishedRun;
+use crate::results::{Begun, FinishedRun};
 use crate::shell::command_line::quoted;
 use crate::summary::share_of;
 
@@ -116,8 +116,15 @@ pub fn why(run: &FinishedRun, wrong: bool, silent: bool) -> String {
 /// Returns the sentence with the command that adds starts.
 pub fn more(run: &FinishedRun) -> String {
     let folder = quoted(&run.folder.display().to_string());
+    let (Begun { line: scenario, .. }, note) = run.begun();
+    let (event, rare) = if run.summary.run.pole_is_open {
+        ("'|e| > 5 deg'", "large errors")
+    } else {
+        ("wrong-pole", "wrong poles")
+    };
     format!(
-        "{COUNTED} starts show all of it if they go on so: `standstill run scenario.toml --trials {COUNTED} --resume --out {folder}` (scenario.toml: the run's own file, or the scenario on its page); `standstill odds scenario.toml` finds rare wrong poles with fewer"
+        "{COUNTED} starts show all of it if they go on so: `standstill run {scenario} --trials {COUNTED} --resume{} --out {folder}`{note}; `standstill odds {scenario} --event {event}` finds rare {rare} with fewer",
+        run.format_option()
     )
 }
 

@@ -84,8 +84,7 @@ pub fn caption(name: &str, figure: &Figure) -> String {
 
 /// Returns the commands that reproduce the run and this page.
 fn commands(run: &FinishedRun) -> String {
-    let trials = run.trials.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let format = if trials.ends_with("parquet") { " --format parquet" } else { "" };
+    let format = run.format_option();
     let out = quoted(&run.folder.display().to_string());
     format!("standstill run scenario.toml --out {out}{format}\nstandstill report {out}")
 }

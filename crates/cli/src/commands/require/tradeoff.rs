@@ -1,19 +1,19 @@
 //! The trade-off curve of two keys.
 
 use serde_json::json;
-use standstill_analysis::Halt;
 use standstill_analysis::bracket::Search;
-use standstill_analysis::require::Point;
+use standstill_analysis::require::{EVERYWHERE, Point};
 use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::Plan;
 
-use super::EdgeSearch;
+use super::{EdgeSearch, nowhere};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Require as Options;
-use crate::commands::question::setting;
+use crate::commands::question::{self, Silence, setting};
 use crate::error::Error;
 use crate::figures;
 use crate::shell::Report;
+use crate::shell::command_line::set;
 use crate::shell::values::{shown, shown_interval};
 
 /// Number of values of the first key.
@@ -37,13 +37,19 @@ pub fn run(
             points.push(Point::of(value, &found));
             question.watched.bar.set_message(format!("{} of {VALUES} points", points.len()));
         }
-        Ok::<(), Halt<_>>(())
+        let is_nowhere = points.iter().all(|point| point.second.is_none() && point.answer != EVERYWHERE);
+        is_nowhere.then(|| Silence::of_angles(plan, &question.watched)).transpose()
     })?;
-    if done.is_none() {
+    let Some(starts) = done else {
         return Ok(question.interrupted(&format!("{} points were done", points.len())));
-    }
+    };
     let scenario = plan.scenario(0)?;
-    question.answer(&scenario, answer(options, setting(plan.file(), &scenario), asked, &points))
+    let answer = answer(options, setting(plan.file(), &scenario), asked, &points, starts.as_ref());
+    let answer = match &starts {
+        Some(starts) => nowhere(answer, options, plan, starts)?,
+        None => answer,
+    };
+    question.answer(&scenario, answer)
 }
 
 fn record(point: &Point) -> Record {
@@ -58,7 +64,13 @@ fn record(point: &Point) -> Record {
         .with("answer", point.answer)
 }
 
-fn answer(options: &Options, setting: String, asked: &EdgeSearch<'_>, points: &[Point]) -> Answer {
+fn answer(
+    options: &Options,
+    setting: String,
+    asked: &EdgeSearch<'_>,
+    points: &[Point],
+    starts: Option<&Silence>,
+) -> Answer {
     let [first, second] = [0, 1].map(|key| asked.bench.keys[key].0.as_str());
     let limits = asked.limits.to_string();
     let cells = |point: &Point| {
@@ -76,15 +88,29 @@ fn answer(options: &Options, setting: String, asked: &EdgeSearch<'_>, points: &[
     let any = points.iter().any(|point| point.second.is_some());
     let headline = format!("What {second} must be at each {first}, for {limits} [95 % interval]");
     let records: Records = points.iter().map(record).collect();
+    let starts = starts.filter(|starts| starts.is_frequent());
+    let details = starts.map(|starts| format!("as it is set: {}", starts.sentence())).into_iter().collect();
     let json = json!({
+        "plain_starts": starts.map(Silence::json),
         "keys": [first, second], "limit": limits, "curve": records, "trials": asked.trials(),
     });
     let figure = figures::tradeoff([first, second], points, &limits, setting.clone());
     let caption = "The limits hold on the side of the curve where both parts are better.";
-    let verdict = verdict(if any { Tone::Neutral } else { Tone::Warning }, headline, Vec::new());
+    let verdict = verdict(if any { Tone::Neutral } else { Tone::Warning }, headline, details);
     let title = format!("{first} against {second}");
     let answer = Answer::new("require", title, setting, verdict, vec![Block::Table(table)]);
     // Options are checked before; what no value meets is an answer.
     let code = u8::from(!any && !options.key.is_empty());
-    Answer { json, csv: Some(records), code, ..answer.with("require", figure, caption) }
+    let answer = Answer { json, csv: Some(records), code, ..answer.with("require", figure, caption) };
+    // The point in the middle of those with an edge.
+    let with: Vec<(f64, f64)> =
+        points.iter().filter_map(|point| Some((point.first, point.second?))).collect();
+    match with.get(with.len() / 2) {
+        Some((value, edge)) => {
+            let keys = set(first, &shown(first, *value)) + &set(second, &shown(second, *edge));
+            let again = question::again(&options.question);
+            answer.next("starts with one pair of these values", format!("standstill run {again}{keys}"))
+        }
+        None => answer,
+    }
 }

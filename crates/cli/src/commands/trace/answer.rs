@@ -46,8 +46,7 @@ impl Traced<'_> {
         let mut blocks = vec![Block::Text("Drawn for this trial:".to_owned()), Block::Facts(drawn)];
         blocks.extend(self.verified.map(|error| Block::Text(error.text())));
         let result = self.json()?;
-        let mut files = vec![("result.json", format!("{result:#}\n").into_bytes())];
-        files.extend(self.verified.map(|error| ("verify.csv", error.csv().into_bytes())));
+        let files = vec![("result.json", format!("{result:#}\n").into_bytes())];
         let said = setting(file, &single.scenario);
         let figure = waveforms(trace, &title(file, record, options), &said, &single.scenario, record);
         let verdict = verdict(tone, headline, details(record, watched));

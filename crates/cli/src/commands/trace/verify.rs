@@ -1,12 +1,16 @@
 //! The numerical error of a run, found by repeating the run with the referee at a tighter tolerance.
 
 use std::fmt::Write as _;
+use std::io::Write;
 
 use serde_json::json;
 use standstill_detect::SettingsError;
 use standstill_interface::Outcome;
 use standstill_scenario::{Record, Single};
 use standstill_sim::{Ended, Event, Run, Tolerance, Trace, referee, run};
+use standstill_table::{Cell, Column, Format, Kind, Writer};
+
+use crate::answer::TableFile;
 
 /// Ratio of the referee's tolerance to the usual one.
 const TIGHTER: f64 = 1e-3;
@@ -91,14 +95,19 @@ impl Pair {
 }
 
 impl NumericalError {
-    /// Returns each sample with the numerical error of its currents, as CSV.
-    pub fn csv(&self) -> String {
-        let mut text = String::from("t_s,i_a_A,i_b_A,i_c_A,error_a_A,error_b_A,error_c_A\n");
-        for pair in &self.samples {
-            let ([a, b, c], [ea, eb, ec]) = (pair.usual, pair.error());
-            let _ = writeln!(text, "{:.9},{a:.9},{b:.9},{c:.9},{ea:.2e},{eb:.2e},{ec:.2e}", pair.time);
-        }
-        text
+    /// Returns each sample with the numerical error of its currents as a file; `of`: identity of its trial.
+    pub fn table<'a>(&'a self, of: &'a [(String, String)]) -> TableFile<'a> {
+        let columns = ["t_s", "i_a_A", "i_b_A", "i_c_A", "error_a_A", "error_b_A", "error_c_A"];
+        let rows = move |file: &mut (dyn Write + Send)| {
+            let columns = columns.map(|name| Column::new(name, Kind::Number)).to_vec();
+            let mut writer = Writer::new(file, Format::Csv, columns, of)?;
+            for pair in &self.samples {
+                let numbers = std::iter::once(pair.time).chain(pair.usual).chain(pair.error());
+                writer.row(&numbers.map(Cell::Number).collect::<Vec<_>>())?;
+            }
+            writer.finish()
+        };
+        TableFile { name: "verify.csv".to_owned(), rows: Box::new(rows) }
     }
 
     pub fn text(&self) -> String {

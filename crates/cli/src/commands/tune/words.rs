@@ -71,6 +71,12 @@ pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
     let limits = limits(asked);
     // What the start itself sets, it keeps, whatever other random numbers make of it.
     let start_keeps = standstill_analysis::tune::verdict(&asked.absolute(), &tuned.start.measured).holds;
+    if tuned.best.measured.get(Measure::Unanswered).value >= 1.0 {
+        return (
+            Tone::Bad,
+            format!("No settings found with which a start has an answer; nearest: {settings}"),
+        );
+    }
     if !tuned.is_found() {
         return (Tone::Bad, format!("No settings found with which {limits}; nearest: {settings}"));
     }

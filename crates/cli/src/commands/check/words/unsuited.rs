@@ -71,7 +71,8 @@ fn changes(found: &Suitability) -> Vec<Block> {
     let with = |advice: &&Advice| {
         format!("{}: {}.", advice.change, advice.helps.as_ref().map_or_else(String::new, setting))
     };
-    let head = format!("{tried} Each of these changes does, as tried on the bench:");
+    let does = if helps.len() == 1 { "This change does" } else { "Each of these changes does" };
+    let head = format!("{tried} {does}, as tried on the bench:");
     let list = Block::List(helps.iter().map(with).collect());
     [Block::Text(head), list].into_iter().chain(not("Not enough by itself")).collect()
 }

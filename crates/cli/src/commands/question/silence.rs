@@ -1,0 +1,226 @@
+//! Starts without an answer: how many there are, why, and the command that goes on from them.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde_json::{Value, json};
+use standstill_analysis::{Answers, Halt, Source, Trials, Watch};
+use standstill_scenario::{FileError, Plan, Rotor, ScenarioFile};
+
+use super::{again, given};
+use crate::answer::{Answer, Next};
+use crate::arguments::{Keys, Question, Seed};
+use crate::shell::host;
+use crate::summary::FAILING;
+
+/// Number of plain starts that are run to count those with an answer.
+pub const STARTS: u64 = 1000;
+
+/// Number of reasons that are named.
+const NAMED: usize = 3;
+
+/// What a start must have found to count as answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Needs {
+    Axis,
+    Angle,
+}
+
+/// Plain starts of a question, of which some may have no answer.
+#[derive(Clone, Debug)]
+pub struct Silence {
+    pub answers: Answers,
+    pub needs: Needs,
+}
+
+impl Silence {
+    /// Counts the plain starts of a plan that have an axis.
+    pub fn of_axes(plan: &Plan, watch: &dyn Watch) -> Result<Self, Halt<FileError>> {
+        Ok(Self { answers: Answers::of(plan, STARTS, watch)?, needs: Needs::Axis })
+    }
+
+    /// Counts the plain starts of a plan that have an angle.
+    pub fn of_angles(plan: &Plan, watch: &dyn Watch) -> Result<Self, Halt<FileError>> {
+        Ok(Self { needs: Needs::Angle, ..Self::of_axes(plan, watch)? })
+    }
+
+    /// Returns true if so few starts have an axis that their error cannot be shared out.
+    pub fn is_mostly_silent(&self) -> bool {
+        2 * self.answers.with_axis() < self.answers.starts
+    }
+
+    /// Returns the number of starts with an answer.
+    pub fn answered(&self) -> u64 {
+        match self.needs {
+            Needs::Axis => self.answers.with_axis(),
+            Needs::Angle => self.answers.with_angle(),
+        }
+    }
+
+    fn without(&self) -> u64 {
+        self.answers.starts - self.answered()
+    }
+
+    /// Returns true if more starts have no answer than `check` allows by default.
+    pub fn is_frequent(&self) -> bool {
+        self.without() as f64 > FAILING * self.answers.starts as f64
+    }
+
+    /// Returns the number of starts without an answer, in words.
+    pub fn counted(&self) -> String {
+        let (starts, what) = (self.answers.starts, self.what());
+        match (self.answered(), self.without()) {
+            (0, _) => format!("none of {starts} plain starts has {what}"),
+            (_, 0) => format!("each of {starts} plain starts has {what}"),
+            (_, 1) => format!("1 of {starts} plain starts has no {}", bare(what)),
+            (_, without) => format!("{without} of {starts} plain starts have no {}", bare(what)),
+        }
+    }
+
+    /// Returns the number of starts without an answer with their reasons, the most frequent first.
+    pub fn sentence(&self) -> String {
+        let reasons = self.reasons();
+        match reasons.split_at(reasons.len().min(NAMED)) {
+            ([], _) => self.counted(),
+            ([(reason, _)], _) => format!("{}: {reason}", self.counted()),
+            (first, others) => {
+                let named: Vec<String> =
+                    first.iter().map(|(reason, count)| format!("{reason} in {count}")).collect();
+                let others = match others.iter().map(|(_, count)| count).sum::<u64>() {
+                    0 => String::new(),
+                    count => format!(", other reasons in {count}"),
+                };
+                format!("{}: {}{others}", self.counted(), named.join(", "))
+            }
+        }
+    }
+
+    /// Returns the reasons of the starts without an answer with their counts, the most frequent first.
+    fn reasons(&self) -> Vec<(&str, u64)> {
+        let of_poles = (self.needs == Needs::Angle).then_some(&self.answers.without_pole);
+        let mut all: BTreeMap<&str, u64> = BTreeMap::new();
+        for (reason, count) in std::iter::once(&self.answers.without_axis).chain(of_poles).flatten() {
+            *all.entry(reason).or_default() += count;
+        }
+        let mut all: Vec<_> = all.into_iter().collect();
+        all.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        all
+    }
+
+    const fn what(&self) -> &'static str {
+        match self.needs {
+            Needs::Axis => "an axis",
+            Needs::Angle => "an answer",
+        }
+    }
+
+    pub fn json(&self) -> Value {
+        let answers = &self.answers;
+        json!({
+            "starts": answers.starts,
+            "with_axis": answers.with_axis(),
+            "with_angle": answers.with_angle(),
+            "without_axis": answers.without_axis,
+            "without_pole": answers.without_pole,
+        })
+    }
+}
+
+/// Returns a noun without its article.
+fn bare(noun: &str) -> &str {
+    noun.split_once(' ').map_or(noun, |(_, noun)| noun)
+}
+
+/// Puts the command first that goes on where starts have no answer.
+pub fn lead(mut answer: Answer, question: &Question, file: &ScenarioFile) -> Answer {
+    answer.next.insert(0, next(&question.scenario, &question.keys, question.seed, file));
+    answer
+}
+
+/// Adds the commands that go on where nothing meets the limits: `check` where starts have no answer, and `budget` where they have errors to
+/// share out.
+///
+/// # Errors
+/// The plan has no valid scenario.
+pub fn or_budget(
+    mut answer: Answer,
+    question: &Question,
+    plan: &Plan,
+    starts: &Silence,
+) -> Result<Answer, FileError> {
+    let has_errors = !Source::all(&Trials::new(plan)?).is_empty();
+    if has_errors && !starts.is_mostly_silent() {
+        let command = format!("standstill budget {}", again(question));
+        answer = answer.next("which part of the drive makes the error", command);
+    }
+    Ok(if starts.is_frequent() { lead(answer, question, plan.file()) } else { answer })
+}
+
+/// Returns the command that goes on where starts have no answer: `check` with other settings or, where that cannot judge, `run`, which
+/// says why they have none.
+pub fn next(scenario: &Path, keys: &Keys, seed: Seed, file: &ScenarioFile) -> Next {
+    let check = check_command(scenario, keys, seed, file);
+    let run = || {
+        let again = given(&scenario.to_string_lossy(), keys, seed);
+        ("why starts have no answer", format!("standstill run {again}"))
+    };
+    let (purpose, command) = check.map_or_else(run, |check| ("whether other settings answer", check));
+    Next { purpose: purpose.to_owned(), command }
+}
+
+/// Returns the command that looks for a method and settings with which starts have an answer; none if the question is about a fault, a
+/// rotor that is driven or a detector of the user's own, which that command does not judge.
+pub fn check_command(scenario: &Path, keys: &Keys, seed: Seed, file: &ScenarioFile) -> Option<String> {
+    let has_own = file.detector.library.is_some() || host::current().is_some();
+    if has_own || !file.faults.is_empty() || !file.axes.is_empty() || file.rotor.state() == Rotor::Driven {
+        return None;
+    }
+    // Settings that are set are not searched.
+    let set = keys.set.iter().filter(|(key, _)| !key.starts_with("detector.")).cloned().collect();
+    let keys = Keys { set, detector: None };
+    Some(format!("standstill check {}", given(&scenario.to_string_lossy(), &keys, seed)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn silence(needs: Needs, without_axis: &[(&str, u64)], without_pole: &[(&str, u64)]) -> Silence {
+        let reasons = |of: &[(&str, u64)]| of.iter().map(|(reason, n)| ((*reason).to_owned(), *n)).collect();
+        let answers = Answers {
+            starts: 1000,
+            without_axis: reasons(without_axis),
+            without_pole: reasons(without_pole),
+        };
+        Silence { answers, needs }
+    }
+
+    #[test]
+    fn law_starts_without_an_answer_are_counted_by_what_the_question_needs() {
+        let of = |needs| silence(needs, &[("no saliency", 20)], &[("pole open", 300)]);
+        let (angle, axis) = (of(Needs::Angle), of(Needs::Axis));
+        assert_eq!((angle.answered(), axis.answered()), (680, 980));
+        assert_eq!(
+            angle.sentence(),
+            "320 of 1000 plain starts have no answer: pole open in 300, no saliency in 20"
+        );
+        assert_eq!(axis.sentence(), "20 of 1000 plain starts have no axis: no saliency");
+        assert!(angle.is_frequent() && axis.is_frequent());
+        assert_eq!(angle.json()["without_pole"]["pole open"], 300);
+    }
+
+    #[test]
+    fn law_none_one_and_all_have_words_of_their_own() {
+        let said = |without: &[(&str, u64)]| silence(Needs::Angle, without, &[]).sentence();
+        assert_eq!(said(&[]), "each of 1000 plain starts has an answer");
+        assert_eq!(said(&[("clipped", 1)]), "1 of 1000 plain starts has no answer: clipped");
+        assert_eq!(said(&[("clipped", 1000)]), "none of 1000 plain starts has an answer: clipped");
+        let many = said(&[("a", 1), ("b", 5), ("c", 4), ("d", 3)]);
+        assert_eq!(
+            many,
+            "13 of 1000 plain starts have no answer: b in 5, c in 4, d in 3, other reasons in 1"
+        );
+        assert!(!silence(Needs::Angle, &[("a", 10)], &[]).is_frequent());
+        assert!(silence(Needs::Angle, &[("a", 11)], &[]).is_frequent());
+    }
+}

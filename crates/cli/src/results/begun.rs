@@ -1,0 +1,57 @@
+//! A hidden note in the folder of a run: the scenario, keys and seed as its command line named them, so that a next command can be printed
+//! as it is to be typed.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use standstill_files::read_text;
+use standstill_plant::built_in;
+
+use crate::error::Error;
+use crate::shell::host;
+use crate::shell::output::replace;
+
+/// File name of the note; the leading dot hides it from lists of results.
+const NOTE: &str = ".standstill-scenario.json";
+
+/// How a command line named the scenario of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Begun {
+    /// The scenario's file, or a motor's name.
+    pub scenario: String,
+    /// The scenario with its keys and its seed, ready to be typed.
+    pub line: String,
+    /// The whole command line, without `--resume` and `--force`.
+    pub typed: String,
+    /// The command that looks for settings with which starts have an answer; none if it does not judge what the run is about.
+    pub check: Option<String>,
+}
+
+impl Begun {
+    /// Writes the note into a folder of results; a host program has no command line to note.
+    ///
+    /// # Errors
+    /// The note cannot be written.
+    pub fn note(&self, folder: &Path) -> Result<(), Error> {
+        let path = folder.join(NOTE);
+        if host::current().is_some() {
+            Self::forget(folder);
+            return Ok(());
+        }
+        // Of strings alone: there is nothing that could fail.
+        let text = serde_json::to_vec_pretty(self).unwrap_or_default();
+        replace(&path, &text)
+    }
+
+    /// Removes the note of an earlier run.
+    pub fn forget(folder: &Path) {
+        let _ = std::fs::remove_file(folder.join(NOTE));
+    }
+
+    /// Reads the note of a run; none without one, or if the scenario's file is not where a command of this process would look for it.
+    pub fn of(folder: &Path) -> Option<Self> {
+        let begun: Self = serde_json::from_str(&read_text(&folder.join(NOTE)).ok()?).ok()?;
+        let is_there = Path::new(&begun.scenario).is_file() || built_in(&begun.scenario).is_some();
+        is_there.then_some(begun)
+    }
+}
