@@ -91,7 +91,8 @@ impl Error {
         Self::Results { path: path.into(), found: found.into(), needed: needed.into() }
     }
 
-    /// Returns the error of existing results of another `run` or `question`, which are not replaced.
+    /// Returns the error that the results at a path are of another run or question and are not replaced. `of`: "run" or "question";
+    /// `difference`: what differs.
     pub fn another(of: &str, path: impl Into<PathBuf>, difference: &str) -> Self {
         let found = format!("the results of another {of}: {difference}");
         Self::results(path, found, "another --out, or --force to replace them")

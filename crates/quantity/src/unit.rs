@@ -73,6 +73,8 @@ units! {
     Watt = "W" { usual: "k" };
     /// Torque.
     NewtonMetre = "N m" or "Nm" or "N·m" {};
+    /// Torque per current.
+    NewtonMetrePerAmpere = "N m/A" or "Nm/A" or "N·m/A" {};
     /// Viscous friction.
     NewtonMetreSecond = "N m s" or "Nms" or "N·m·s" or "N m s/rad" {};
     /// Moment of inertia.

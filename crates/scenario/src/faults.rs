@@ -103,12 +103,12 @@ pub struct FaultSettings {
     pub at: FaultPlace,
     /// Smallest and largest size, in SI units; zero for a fault without a size.
     pub size: [f64; 2],
-    /// Smallest and largest further sizes of `turns-shorted`: the resistance in Ω, and the coupling.
+    /// The two other sizes of `turns-shorted`, resistance in Ω and coupling, each with its smallest and largest value; zero for other modes.
     pub further: [[f64; 2]; 2],
-    /// First and last command from whose begin the onset may count; none: the onset counts from the start of the
-    /// detection.
+    /// Smallest and largest number, from 1, of the command from whose start the onset counts; each trial draws one. None: the
+    /// onset counts from the start of the detection.
     pub command: Option<[u32; 2]>,
-    /// Earliest and latest onset in s after that begin.
+    /// Earliest and latest onset in s after that start.
     pub onset: [f64; 2],
     /// Time in s after which the part works again; infinite if it stays broken.
     pub lasts: f64,

@@ -126,8 +126,8 @@ type Measured = [Option<u64>; 4];
 type Line = (u64, u64, bool, [u64; 5], [u64; 4], End);
 
 impl Record {
-    /// Writes the record of a library's trial as a line of JSON, with each number as its bits. Findings that only
-    /// built-in methods measure are left out.
+    /// Returns this record of a trial with a library's detector as a line of JSON, its floating-point numbers as their
+    /// bits. Findings that only built-in methods measure are left out.
     pub fn to_line(&self) -> String {
         let Self { trial, run } = self;
         let bits = [run.start_angle, run.end_angle, run.resolver_angle, run.moved, run.peak_current];

@@ -9,8 +9,8 @@ pub struct Edge {
     pub side: Side,
     /// Last value at which the limits hold.
     pub value: f64,
-    /// 95 % interval of the edge. An end is `None` (open) if no tried value shows that the limits surely hold or surely
-    /// fail there.
+    /// 95 % interval of the edge. The end inside the stretch is `None` if at no tried value the limits surely hold, the
+    /// end outside if at none they surely fail.
     pub interval: [Option<f64>; 2],
     /// True if the interval is as narrow as requested.
     pub narrow: bool,

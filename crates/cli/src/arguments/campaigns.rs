@@ -231,7 +231,7 @@ pub struct Tune {
     /// settings. Starts without an answer count against each
     #[arg(long, value_name = "LIMITS")]
     pub subject_to: Option<Subject>,
-    /// What the measure is drawn against [default: duration; of duration itself rms]
+    /// Second measure, against which the figure shows the first [default: duration, or rms if duration is minimised]
     #[arg(long, value_name = "MEASURE")]
     pub against: Option<Measure>,
     /// Trials at the last settings; those before have fewer [default: 20000, more where a limit needs it]

@@ -61,10 +61,10 @@ pub enum FmuPart {
 pub struct Magnetics {
     /// A built-in motor's name, or the path of a data sheet (.toml) or a flux map (.csv, .txt, .tsv, .npz, .mat)
     pub motor: String,
-    /// Pole pairs of the motor of a flux map, for its torque
+    /// Pole pairs of the motor that a flux map describes: needed for its torque
     #[arg(long, value_name = "P", value_parser = whole::<u32>(1..=200))]
     pub pole_pairs: Option<u32>,
-    /// Resistance in Ω of a phase of the motor of a flux map, for its time constants
+    /// Resistance in Ω of a phase of the motor that a flux map describes: needed for its time constants
     #[arg(long, value_name = "OHM", value_parser = ohms(), allow_hyphen_values = true)]
     pub resistance: Option<f64>,
     /// Whether a flux map has peak values (amplitude-invariant) or rms values of currents and fluxes [default: peak]

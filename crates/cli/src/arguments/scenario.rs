@@ -61,10 +61,10 @@ pub struct Load {
 /// How warm the motor is: shorthands for keys, or of a motor that no scenario is about.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Temperatures {
-    /// Temperature of the winding in °C [default: that of the data sheet]. The drive does not know
+    /// True temperature of the winding in °C, which the drive does not know [default: that of the data sheet]
     #[arg(long, value_name = "CELSIUS", value_parser = celsius(), allow_hyphen_values = true)]
     pub winding_temperature: Option<f64>,
-    /// Temperature of the magnets in °C [default: that of the data sheet]. The drive does not know
+    /// True temperature of the magnets in °C, which the drive does not know [default: that of the data sheet]
     #[arg(long, value_name = "CELSIUS", value_parser = celsius(), allow_hyphen_values = true)]
     pub magnet_temperature: Option<f64>,
 }

@@ -39,7 +39,7 @@ fn path(path: &Path) -> String {
     quoted(&path.to_string_lossy())
 }
 
-/// Returns the command line of a task, without its shard.
+/// Returns the subcommand, `run` or `sweep`, with the scenario and the options that all shards have in common.
 fn command(options: &Slurm) -> String {
     let sweep =
         !options.axes.vary.is_empty() || options.axes.design.is_some() || options.axes.points.is_some();

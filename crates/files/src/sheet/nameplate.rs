@@ -4,8 +4,8 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::{
-    Ampere, Henry, NewtonMetre, Ohm, One, RevolutionsPerMinute, RevolutionsPerMinuteVolt, Share, Volt,
-    VoltPerThousandRevolutionsPerMinute, Watt, Weber,
+    Ampere, Henry, NewtonMetre, NewtonMetrePerAmpere, Ohm, One, RevolutionsPerMinute,
+    RevolutionsPerMinuteVolt, Share, Volt, VoltPerThousandRevolutionsPerMinute, Watt, Weber,
 };
 use toml::{Table, Value};
 
@@ -45,12 +45,14 @@ pub struct WrittenNameplate {
     pole_pairs: Sourced<One>,
     resistance: Option<Sourced<Ohm>>,
     resistance_line_to_line: Option<Sourced<Ohm>>,
+    resistance_delta: Option<Sourced<Ohm>>,
     vesc_R: Option<Sourced<Ohm>>,
     L_d: Option<Sourced<Henry>>,
     L_q: Option<Sourced<Henry>>,
     L_line_to_line: Option<Sourced<Henry>>,
     L_line_to_line_min: Option<Sourced<Henry>>,
     L_line_to_line_max: Option<Sourced<Henry>>,
+    L_delta: Option<Sourced<Henry>>,
     vesc_L: Option<Sourced<Henry>>,
     vesc_ld_lq_diff: Option<Sourced<Henry>>,
     magnet_flux: Option<Sourced<Weber>>,
@@ -59,9 +61,12 @@ pub struct WrittenNameplate {
     Ke_line_rms: Option<Sourced<VoltPerThousandRevolutionsPerMinute>>,
     Ke_phase_peak: Option<Sourced<VoltPerThousandRevolutionsPerMinute>>,
     Ke_phase_rms: Option<Sourced<VoltPerThousandRevolutionsPerMinute>>,
+    Kt_peak: Option<Sourced<NewtonMetrePerAmpere>>,
+    Kt_rms: Option<Sourced<NewtonMetrePerAmpere>>,
     vesc_lambda: Option<Sourced<Weber>>,
     rated_current: Option<Sourced<Ampere>>,
     rated_current_rms: Option<Sourced<Ampere>>,
+    rated_current_delta: Option<Sourced<Ampere>>,
     dc_link: Sourced<Volt>,
     power: Option<Sourced<Watt>>,
     rated_speed: Option<Sourced<RevolutionsPerMinute>>,

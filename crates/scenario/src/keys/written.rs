@@ -14,7 +14,7 @@ pub(crate) trait Written {
         None
     }
 
-    /// Returns true for a flag that is true.
+    /// Returns the value of a flag; false for values that are not flags.
     fn flag(&self) -> bool {
         false
     }

@@ -13,8 +13,8 @@ use crate::physics::plane::Plane;
 use crate::step::two_derivative::Here;
 use crate::trace::Event;
 
-/// Share of the rated current below which a leg counts as currentless when its conduction mode is found: a thousand
-/// times the rounding of the largest currents, and a thousandth of a step's error.
+/// Share of the rated current up to which a leg counts as currentless when its conduction mode is found: about 1,000
+/// times the rounding error of the largest currents, and about 1/1,000 of the error of a step.
 pub(super) const NO_CURRENT: f64 = 1.25e-10;
 
 /// The quantities of one lane's machine that decide the conduction modes.

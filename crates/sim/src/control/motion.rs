@@ -28,8 +28,7 @@ const STICTION_SHARE: f64 = 1e-4;
 /// Tolerance of the torque that starts a rotor, as a share of the torque at rated current.
 const TORQUE_SHARE: f64 = 1e-9;
 
-/// Returns the tolerance in Wb by which the flux must be beyond zero before the core changes to the other side of a
-/// kink.
+/// Returns how far in Wb ψ_d or ψ_q must be beyond zero, where the core has a kink, to count as on the other side.
 pub(super) fn flux_slack(motor: &Motor) -> f64 {
     FLUX_SHARE * motor.winding.mean_inductance * motor.rated_current
 }

@@ -20,7 +20,8 @@ pub struct Levels<V> {
     pub below: V,
 }
 
-/// Returns the current in A that legs draw from the positive rail, or its slope.
+/// Returns the sum over the legs at the positive rail: of the legs' currents in A, the current that they draw from it; of
+/// their slopes, its slope. `rail`: 1 for a leg at the positive rail, else 0.
 #[inline(always)]
 fn drawn<V: Wide>(rail: [V; 3], of: [V; 3]) -> V {
     rail[0] * of[0] + rail[1] * of[1] + rail[2] * of[2]

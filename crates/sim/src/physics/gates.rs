@@ -52,9 +52,9 @@ impl On {
 }
 
 impl<M: Mask> On<M> {
-    /// Returns the machines in which the gates of a leg affect its conduction. `out`, `into`: the machines whose
-    /// current flows out of or into the leg. A current through a diode stays in the diode whatever the parallel switch
-    /// does, unless that switch conducts `both` ways.
+    /// Returns the machines in which turning these switches on or off affects the leg's conduction. `out`, `into`: machines
+    /// whose current flows out of the leg, or into it; `both`: machines whose switches conduct in both directions. In all
+    /// others a current through a diode stays there whatever the parallel switch does.
     #[inline(always)]
     fn matter(self, out: M, into: M, both: M) -> M {
         (out & self.high) | (into & self.low) | ((both | !(out | into)) & (self.high | self.low))

@@ -124,7 +124,7 @@ impl<'t> Draws<'t> {
     }
 }
 
-/// Draws computed from the seed, found by their numbers.
+/// Generator of the draws of one source and purpose: each follows from the seed and its own number. The block computed last is kept.
 #[derive(Clone, Debug)]
 struct Seeded {
     source: Source,

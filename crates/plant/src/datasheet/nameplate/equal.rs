@@ -7,7 +7,8 @@ use std::f64::consts::{PI, SQRT_2};
 
 use serde::Serialize;
 use standstill_quantity::unit::{
-    Ampere, Henry, Ohm, One, RevolutionsPerMinuteVolt, VoltPerThousandRevolutionsPerMinute, Weber,
+    Ampere, Henry, NewtonMetrePerAmpere, Ohm, One, RevolutionsPerMinuteVolt,
+    VoltPerThousandRevolutionsPerMinute, Weber,
 };
 use standstill_quantity::{Scale, Unit, short};
 use toml::{Table, Value};
@@ -95,7 +96,7 @@ fn of_resistance(r: f64, all: &mut Vec<EqualNumber>) {
     ways.key::<Ohm>("resistance", r, "of a phase, in star");
     ways.key::<Ohm>("resistance_line_to_line", 2.0 * r, "between two terminals, in star and in delta");
     ways.key::<Ohm>("vesc_R", r, "foc_motor_r of a VESC (firmware from 5.03)");
-    ways.other(3.0 * r, Ohm::SYMBOL, "of a winding between two terminals, in delta");
+    ways.key::<Ohm>("resistance_delta", 3.0 * r, "of a winding between two terminals, in delta");
 }
 
 /// Inductances of a phase along both axes in H.
@@ -105,6 +106,7 @@ fn of_inductances([d, q]: [f64; 2], all: &mut Vec<EqualNumber>) {
     ways.key::<Henry>("L_q", q, "of a phase, across the magnet");
     if d == q {
         ways.key::<Henry>("L_line_to_line", 2.0 * d, "between two terminals, alike along both axes");
+        ways.key::<Henry>("L_delta", 3.0 * d, "of a winding in delta, alike along both axes");
     }
     // Between two terminals nobody sees which axis the least belongs to: these keys take it for that of the magnet.
     if d <= q {
@@ -117,7 +119,9 @@ fn of_inductances([d, q]: [f64; 2], all: &mut Vec<EqualNumber>) {
     }
     ways.key::<Henry>("vesc_L", 0.5 * (d + q), "foc_motor_l of a VESC; phase_inductance of an ODrive");
     ways.key::<Henry>("vesc_ld_lq_diff", q - d, "foc_motor_ld_lq_diff of a VESC");
-    ways.other(1.5 * (d + q), Henry::SYMBOL, "of a winding in delta, mean over the angle");
+    if d != q {
+        ways.other(1.5 * (d + q), Henry::SYMBOL, "of a winding in delta, mean over the angle");
+    }
     ways.other((q - d).abs() / (q + d), "", "saliency, |L_q − L_d| / (L_q + L_d)");
 }
 
@@ -145,8 +149,12 @@ fn of_flux(flux: f64, pole_pairs: Option<f64>, all: &mut Vec<EqualNumber>) {
     ways.key::<Volts>("Ke_phase_peak", phase, "of a phase, peak");
     ways.key::<Volts>("Ke_phase_rms", phase / SQRT_2, "of a phase, rms");
     let torque = 1.5 * pole_pairs * flux;
-    ways.other(torque, "N m/A", "torque per ampere of a phase's peak (ODrive: 8.27 / Kv)");
-    ways.other(SQRT_2 * torque, "N m/A", "torque per ampere rms of a phase");
+    ways.key::<NewtonMetrePerAmpere>(
+        "Kt_peak",
+        torque,
+        "torque per ampere of a phase's peak (ODrive: 8.27 / Kv)",
+    );
+    ways.key::<NewtonMetrePerAmpere>("Kt_rms", SQRT_2 * torque, "torque per ampere rms of a phase");
 }
 
 /// Appends all ways of giving the peak current of a phase in A.
@@ -154,7 +162,7 @@ fn of_current(peak: f64, all: &mut Vec<EqualNumber>) {
     let mut ways = Ways("rated current", all);
     ways.key::<Ampere>("rated_current", peak, "of a phase, peak");
     ways.key::<Ampere>("rated_current_rms", peak / SQRT_2, "of a phase, rms");
-    ways.other(peak / 3.0_f64.sqrt(), Ampere::SYMBOL, "of a winding in delta, peak");
+    ways.key::<Ampere>("rated_current_delta", peak / 3.0_f64.sqrt(), "of a winding in delta, peak");
 }
 
 /// Returns all ways of giving the numbers of this table, which has keys of a `[nameplate]`.
@@ -176,7 +184,7 @@ pub(in crate::datasheet) fn equal_numbers(given: &Table) -> Result<Vec<EqualNumb
         reader.problems.push(format!("no number to convert; known are {}", known.join(", ")));
     }
     let pairs = given.get("pole_pairs");
-    let turns = ["Kv", "Ke_line_peak", "Ke_line_rms", "Ke_phase_peak", "Ke_phase_rms"];
+    let turns = ["Kv", "Ke_line_peak", "Ke_line_rms", "Ke_phase_peak", "Ke_phase_rms", "Kt_peak", "Kt_rms"];
     let needs_pairs = given.keys().find(|key| turns.contains(&key.as_str()));
     let pole_pairs = match (pairs, needs_pairs) {
         (None, Some(key)) => {

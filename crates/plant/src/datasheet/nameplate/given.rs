@@ -19,7 +19,10 @@
 //!   values of a phase, L = (L_d + L_q)/2 and difference L_q − L_d (`motor/foc_math.c`: `p_lq = l + diff/2`, `p_ld = l
 //!   − diff/2`). Firmware before 5.03 measured R and L 2/3 as large ("Correct scaling for resistance and inductance" in
 //!   its changelog).
+//! * **`Kt_…`** is torque per ampere of a phase, 3/2·p·ψ of its peak (ODrive's `torque_constant`), √2 times that of its rms.
 //! * **`rated_current_rms`** is the rms current of a phase, its peak over √2.
+//! * **`…_delta`** is of one winding of a motor in delta: its resistance and inductance are three times those of a phase of the equivalent star,
+//!   its current is 1/√3 of the terminal's.
 
 #[cfg(test)]
 mod tests;
@@ -27,7 +30,8 @@ mod tests;
 use std::f64::consts::{PI, SQRT_2};
 
 use standstill_quantity::unit::{
-    Ampere, Henry, Ohm, RevolutionsPerMinuteVolt, VoltPerThousandRevolutionsPerMinute, Weber,
+    Ampere, Henry, NewtonMetrePerAmpere, Ohm, RevolutionsPerMinuteVolt, VoltPerThousandRevolutionsPerMinute,
+    Weber,
 };
 use toml::{Table, Value};
 
@@ -45,7 +49,7 @@ static GROUPS: [Group; 4] = [
     Group {
         name: "the resistance",
         phase: &["resistance"],
-        ways: &[&["resistance"], &["resistance_line_to_line"], &["vesc_R"]],
+        ways: &[&["resistance"], &["resistance_line_to_line"], &["resistance_delta"], &["vesc_R"]],
     },
     Group {
         name: "the inductances",
@@ -54,6 +58,7 @@ static GROUPS: [Group; 4] = [
             &["L_d", "L_q"],
             &["L_line_to_line"],
             &["L_line_to_line_min", "L_line_to_line_max"],
+            &["L_delta"],
             &["vesc_L", "vesc_ld_lq_diff"],
         ],
     },
@@ -67,13 +72,15 @@ static GROUPS: [Group; 4] = [
             &["Ke_line_rms"],
             &["Ke_phase_peak"],
             &["Ke_phase_rms"],
+            &["Kt_peak"],
+            &["Kt_rms"],
             &["vesc_lambda"],
         ],
     },
     Group {
         name: "the rated current",
         phase: &["rated_current"],
-        ways: &[&["rated_current"], &["rated_current_rms"]],
+        ways: &[&["rated_current"], &["rated_current_rms"], &["rated_current_delta"]],
     },
 ];
 
@@ -102,11 +109,16 @@ pub(super) fn instead_of(key: &str) -> Option<&'static str> {
         "Ke" | "ke" | "K_e" => {
             "a voltage constant is Ke_line_peak, Ke_line_rms, Ke_phase_peak or Ke_phase_rms, between two terminals or of a phase, peak or rms"
         }
+        "Kt" | "kt" | "KT" | "K_t" | "torque_constant" => {
+            "a torque constant is Kt_peak or Kt_rms, per ampere of a phase's peak or rms; per ampere of direct current in six-step operation it is Ke_line_peak, of which 1 V/krpm is 9.549 mN m/A"
+        }
         "KV" | "kv" | "K_v" => "a speed constant is Kv, such as Kv = \"900 rpm/V\"",
         "L" | "inductance" => {
-            "one inductance is L_line_to_line between two terminals, or both L_d and L_q of a phase"
+            "one inductance is L_line_to_line between two terminals, L_delta of a winding in delta, or both L_d and L_q of a phase"
         }
-        "R" => "a resistance is resistance of a phase, or resistance_line_to_line between two terminals",
+        "R" => {
+            "a resistance is resistance of a phase, resistance_line_to_line between two terminals, or resistance_delta of a winding in delta"
+        }
         "lambda" | "psi" | "flux" => "a flux linkage is magnet_flux, the peak of a phase",
         _ => return None,
     })
@@ -120,6 +132,11 @@ fn of_speed_constant(kv: f64, pole_pairs: f64) -> f64 {
 /// Returns ψ in Wb for the peak voltage of a phase at 1,000 rpm.
 fn of_voltage_constant(phase_peak: f64, pole_pairs: f64) -> f64 {
     phase_peak / (pole_pairs * 2.0 * PI * 1000.0 / 60.0)
+}
+
+/// Returns ψ in Wb for a torque in N m per ampere of a phase's peak.
+fn of_torque_constant(per_peak: f64, pole_pairs: f64) -> f64 {
+    per_peak / (1.5 * pole_pairs)
 }
 
 /// Returns a converted number with its source, rounded to six digits; the given number has fewer.
@@ -183,12 +200,22 @@ fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
     let volts = |reader: &mut Reader| {
         reader.positive::<VoltPerThousandRevolutionsPerMinute>(key, "positive, such as \"4.6 V/krpm\"")
     };
+    let torque =
+        |reader: &mut Reader| reader.positive::<NewtonMetrePerAmpere>(key, "positive, such as \"12 mN m/A\"");
     let flux = |value: f64, how: &str| Some(vec![converted(value, &from(key), how)]);
     match key {
         "resistance_line_to_line" => {
             let r = reader
                 .positive::<Ohm>(key, "the positive resistance between two terminals, such as \"0.1 Ω\"")?;
             Some(vec![converted(0.5 * r, &from(key), "half of {} between two terminals")])
+        }
+        "resistance_delta" => {
+            let needed = "the positive resistance of a winding in delta, such as \"0.15 Ω\"";
+            Some(vec![converted(
+                reader.positive::<Ohm>(key, needed)? / 3.0,
+                &from(key),
+                "a third of {} in delta",
+            )])
         }
         "vesc_R" => {
             let r = reader.positive::<Ohm>(key, "the positive foc_motor_r of a VESC, such as \"18 mΩ\"")?;
@@ -202,6 +229,11 @@ fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
                 &from(key),
                 "half of {} between two terminals, alike along both axes",
             )])
+        }
+        "L_delta" => {
+            let needed = "the positive inductance of a winding in delta, such as \"60 µH\"";
+            let l = reader.positive::<Henry>(key, needed)?;
+            Some(vec![converted(l / 3.0, &from(key), "a third of {} in delta, alike along both axes")])
         }
         "L_line_to_line_min" => {
             let [least, most] = ["L_line_to_line_min", "L_line_to_line_max"].map(|key| {
@@ -249,6 +281,14 @@ fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
         "Ke_phase_rms" => {
             flux(of_voltage_constant(volts(reader)? * SQRT_2, pole_pairs()?), "Ke = {} of a phase, rms")
         }
+        "Kt_peak" => flux(
+            of_torque_constant(torque(reader)?, pole_pairs()?),
+            "Kt = {} of a phase's peak, 2 Kt / (3 p)",
+        ),
+        "Kt_rms" => flux(
+            of_torque_constant(torque(reader)? / SQRT_2, pole_pairs()?),
+            "Kt = {} of a phase's rms, √2 Kt / (3 p)",
+        ),
         "vesc_lambda" => {
             let flux_linkage = reader.positive::<Weber>(
                 key,
@@ -260,6 +300,11 @@ fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
             let i =
                 reader.positive::<Ampere>(key, "the positive rms current of a phase, such as \"10 A\"")?;
             Some(vec![converted(SQRT_2 * i, &from(key), "√2 times {} rms")])
+        }
+        "rated_current_delta" => {
+            let needed = "the positive peak current of a winding in delta, such as \"10 A\"";
+            let i = reader.positive::<Ampere>(key, needed)?;
+            Some(vec![converted(3.0_f64.sqrt() * i, &from(key), "√3 times {} in delta")])
         }
         _ => None,
     }

@@ -19,7 +19,7 @@ pub struct Floating<V: Wide> {
     pub potential: [[V; 3]; 2],
     /// Slopes of the potentials in V per step at both ends of the step.
     pub rise: [[V; 3]; 2],
-    /// Range of potentials in V in which no device of a leg conducts, at both ends.
+    /// Lower and upper bound in V of the potentials at which no device of a leg conducts: at the beginning and the end of the step, of each leg.
     pub range: [[[V; 2]; 3]; 2],
     /// Slopes of these bounds in V per step at both ends of the step.
     pub moved: [[[V; 2]; 3]; 2],

@@ -21,7 +21,11 @@ fn law_each_way_gives_the_same_numbers_as_any_other() {
         ("rated_current", "20 A"),
     ];
     let all = of(&given).expect("numbers");
-    let ways: [&[&str]; 12] = [
+    let ways: [&[&str]; 16] = [
+        &["resistance_delta"],
+        &["rated_current_delta"],
+        &["Kt_peak"],
+        &["Kt_rms"],
         &["resistance_line_to_line"],
         &["vesc_R"],
         &["L_line_to_line_min", "L_line_to_line_max"],
@@ -64,8 +68,33 @@ fn analytic_a_hobby_motor_of_900_rpm_per_volt() {
     assert!((torque.value * 900.0 - 8.27).abs() < 0.005, "{}", torque.value);
     // A resistance in delta: two terminals see it parallel to two in series, 2/3.
     let all = of(&[("resistance_line_to_line", "80 mΩ")]).expect("numbers");
-    let delta = all.iter().find(|number| number.meaning.contains("in delta") && number.key.is_none());
-    assert!((delta.expect("delta").value * 2.0 / 3.0 - 80e-3).abs() < 1e-9);
+    assert!((value(&all, "resistance_delta") * 2.0 / 3.0 - 80e-3).abs() < 1e-9);
+}
+
+#[test]
+fn analytic_a_winding_in_delta_is_the_star_that_the_terminals_see() {
+    // Between two terminals a winding is parallel to the two others in series: 2/3 of it, which is twice a phase of the star. Each terminal
+    // feeds two windings whose currents are 120° apart: √3 of one's.
+    let given = [("resistance_delta", "120 mΩ"), ("L_delta", "60 uH"), ("rated_current_delta", "10 A")];
+    let all = of(&given).expect("numbers");
+    for (key, expected) in [
+        ("resistance_line_to_line", 80e-3),
+        ("L_line_to_line", 40e-6),
+        ("L_delta", 60e-6),
+        ("rated_current", 10.0 * 3.0_f64.sqrt()),
+    ] {
+        assert!((value(&all, key) / expected - 1.0).abs() < 1e-5, "{key}");
+    }
+}
+
+#[test]
+fn analytic_a_torque_constant_is_the_flux_whose_power_it_turns_into() {
+    // 14 A rms in phase with the voltage of 7 pole pairs at 3,000 rpm: the power of the three phases is torque times speed.
+    let all = of(&[("pole_pairs", "7"), ("Kt_rms", "13 mN m/A")]).expect("numbers");
+    let power = 13e-3 * 14.0 * 3000.0 * 2.0 * PI / 60.0;
+    let volts = value(&all, "Ke_phase_rms") * 3.0;
+    assert!((3.0 * volts * 14.0 / power - 1.0).abs() < 1e-5);
+    assert!((value(&all, "Kt_peak") * SQRT_2 / 13e-3 - 1.0).abs() < 1e-5);
 }
 
 #[test]
@@ -84,6 +113,8 @@ fn regress_numbers_that_say_nothing_are_refused_by_name() {
     for (given, said) in [
         (vec![("Kv", "900 rpm/V")], "`pole_pairs` is missing"),
         (vec![("Ke", "4.6 V/krpm")], "Ke_line_peak, Ke_line_rms, Ke_phase_peak or Ke_phase_rms"),
+        (vec![("Kt_rms", "12 mN m/A")], "`pole_pairs` is missing"),
+        (vec![("Kt", "0.1 N m/A")], "Kt_peak or Kt_rms, per ampere of a phase's peak or rms"),
         (vec![("colour", "red")], "known are pole_pairs"),
         (vec![], "no number to convert"),
         (vec![("pole_pairs", "7")], "no number to convert"),
