@@ -136,7 +136,10 @@ fn unanswered(setting: String, asked: &str, too_few: &TooFew, starts: Option<&Si
         return answer;
     }
     let enough = pairs * needed * 2 / whole;
-    answer.next("pairs of which enough have an axis", format!("standstill budget {asked} --pairs {enough}"))
+    answer.next(
+        "pairs of which enough have an axis",
+        format!("standstill budget {asked} --pairs {enough} --force"),
+    )
 }
 
 fn answer(setting: String, asked: &str, budget: &Budget, starts: Option<&Silence>) -> Answer {
@@ -180,8 +183,10 @@ fn answer(setting: String, asked: &str, budget: &Budget, starts: Option<&Silence
     let answer = Answer { json, csv: Some(records), ..answer };
     if is_doubtful {
         let pairs = (ENOUGH * budget.pairs).div_ceil(kept.max(1));
-        return answer
-            .next("enough samples that have an axis", format!("standstill budget {asked} --pairs {pairs}"));
+        return answer.next(
+            "enough samples that have an axis",
+            format!("standstill budget {asked} --pairs {pairs} --force"),
+        );
     }
     let Some(first) = shares.first() else { return answer };
     let percent = (100.0 * first.share.value).round();

@@ -94,7 +94,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let answer = match deeper(options.effort, &odds) {
         Some((depth, deeper)) => answer.next(
             format!("levels down to {depth:.0e}"),
-            format!("standstill odds {again} --event \"{}\" --effort {deeper}", options.event),
+            format!("standstill odds {again} --event \"{}\" --effort {deeper} --force", options.event),
         ),
         None => answer,
     };

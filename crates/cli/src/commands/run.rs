@@ -109,22 +109,37 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     };
     let mut statistics = Statistics::default();
     let mut found = if options.resume { Found::of(out, &identity)? } else { Found::default() };
+    // Of a new run the note is there before its journal, of another after this process has taken its turn.
+    let is_new = !path.exists();
+    if is_new {
+        begun.note(out)?;
+    }
+    let clear = || {
+        if is_new {
+            Begun::forget(out);
+        }
+        remove_if_empty(out);
+    };
     // The journal stays locked until its rows are in the files.
     let outcome = match options.rows {
         Rows::All => {
-            let mut journal = journal(&path, &identity, &mut statistics)?;
-            begun.note(out)?;
+            let mut journal = journal(&path, &identity, &mut statistics).inspect_err(|_| clear())?;
+            if !is_new {
+                begun.note(out)?;
+            }
             say(options, &plan, &identity)?;
             advance(&trials, &mut found.rows, &mut journal, statistics, &stop)
                 .and_then(|done| if done { write(options, &path, &stop, check.as_deref()) } else { Ok(None) })
         }
         Rows::None => {
             let limit = plan.file().limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
-            let mut tally = Tally::open(&path, &identity, limit).inspect_err(|_| remove_if_empty(out))?;
+            let mut tally = Tally::open(&path, &identity, limit).inspect_err(|_| clear())?;
             for earlier in &found.tallies {
                 tally = tally.after(earlier);
             }
-            begun.note(out)?;
+            if !is_new {
+                begun.note(out)?;
+            }
             say(options, &plan, &identity)?;
             advance(&trials, &mut found.rows, &mut tally, statistics, &stop)
                 .and_then(|done| if done { write(options, &path, &stop, check.as_deref()) } else { Ok(None) })
@@ -164,8 +179,7 @@ fn say(options: &Run, plan: &Plan, identity: &Identity) -> Result<(), Error> {
 /// Opens the journal of rows. Rows of an existing journal are added to the statistics.
 fn journal(path: &Path, identity: &Identity, statistics: &mut Statistics) -> Result<Journal, Error> {
     if !path.exists() {
-        let folder = path.parent().unwrap_or(path);
-        return Ok(Journal::create(path, identity).inspect_err(|_| remove_if_empty(folder))?);
+        return Ok(Journal::create(path, identity)?);
     }
     let journal = Journal::resume(path, identity, |_, row| statistics.add_row(row))?;
     if let Some(aside) = journal.damaged() {

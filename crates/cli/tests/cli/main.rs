@@ -86,7 +86,7 @@ fn standstill(arguments: &[&str], folder: &Path) -> Output {
 fn quiet(output: &Output) -> bool {
     String::from_utf8_lossy(&output.stderr)
         .lines()
-        .all(|line| line.contains(" s left") || line.contains(" after "))
+        .all(|line| line.contains(" s left") || line.contains(" after ") || printed::is_progress(line))
 }
 
 fn folder() -> TempDir {

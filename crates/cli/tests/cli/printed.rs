@@ -47,7 +47,7 @@ fn as_printed(page: &str, files: &[&str], left_out: &[&str]) -> String {
 }
 
 /// Whether a line is progress: how far long work has come, which depends on the machine, or what `check` knows of a method before its answer.
-fn is_progress(line: &str) -> bool {
+pub fn is_progress(line: &str) -> bool {
     let of_method = |method: &MethodName| line.starts_with(&format!("standstill: {}: ", method.name()));
     [" %) after ", " steps after ", " step after "].iter().any(|part| line.contains(part))
         || MethodName::ALL.iter().any(of_method)
