@@ -363,3 +363,16 @@ fn law_a_rule_that_is_not_reached_is_said() {
     assert!(run("rms=1%").contains("stop_at was not reached in 150 trials"));
     assert!(!run("rms=50%").contains("not reached"));
 }
+
+/// Terminals with a capacitance on a drive of MOSFETs, a rotor that moves: 16 of these starts once ended because conduction modes kept changing
+/// while a current rested in a channel.
+#[test]
+fn regress_no_start_of_an_outrunner_in_the_field_fails_to_be_simulated() {
+    let folder = folder();
+    let keys = ["detector.method=subdivision", "errors=field", "rotor.state=free"];
+    let run = ["run", "outrunner", "--trials", "1500", "--seed", "78", "--json"];
+    let words: Vec<&str> = run.into_iter().chain(keys.into_iter().flat_map(|key| ["-s", key])).collect();
+    let found: serde_json::Value =
+        serde_json::from_slice(&super::standstill(&words, folder.path()).stdout).expect("JSON");
+    assert_eq!((&found["summary"]["trials"], &found["summary"]["errors"]), (&1500.into(), &0.into()));
+}

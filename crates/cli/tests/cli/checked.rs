@@ -305,3 +305,20 @@ fn regress_a_run_whose_starts_have_no_answer_says_what_to_do_next() {
         said(&standstill(&["run", "paper-5k5", "--trials", "60", "-s", "detector.method=bipolar"], at));
     assert!(!text.contains("no answer"), "{text}");
 }
+
+/// A flux in Wb for mWb: the doubt stands on standard error before the search, and among what `check` says of the motor.
+#[test]
+fn regress_check_names_a_doubtful_number_in_its_answer_and_before_it() {
+    let folder = folder();
+    let at = folder.path();
+    let sheet = super::nameplates::sheet(["7", "21 mΩ", "16 uH", "20 uH", "5.2 Wb", "60 A", "48 V", "5 %"]);
+    fs::write(at.join("m.toml"), sheet).expect("written");
+    let output = standstill(&["check", "m.toml", "-s", "detector.method=bipolar", "--effort", "quick"], at);
+    let heard = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(heard.contains("warning: ") && heard.contains("did you mean magnet_flux 5.2 mWb?"), "{heard}");
+    let text = said(&output);
+    assert!(
+        text.contains("Doubtful numbers") && text.contains("did you mean magnet_flux 5.2 mWb?"),
+        "{text}"
+    );
+}
