@@ -190,19 +190,8 @@ pub(super) fn in_phase_values(reader: &mut Reader) -> Table {
 /// Returns the values of a phase that the keys of one way come to; none if one is wrong, or is a phase's already.
 fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
     let given = reader.table;
-    let pole_pairs = || {
-        let value = given.get("pole_pairs")?;
-        let value = value.get("value").unwrap_or(value);
-        value.as_float().or_else(|| value.as_integer().map(|n| n as f64)).filter(|p| *p >= 1.0)
-    };
     let from = |key: &str| given.get(key).cloned().unwrap_or(Value::Float(0.0));
     let key = way[0];
-    let volts = |reader: &mut Reader| {
-        reader.positive::<VoltPerThousandRevolutionsPerMinute>(key, "positive, such as \"4.6 V/krpm\"")
-    };
-    let torque =
-        |reader: &mut Reader| reader.positive::<NewtonMetrePerAmpere>(key, "positive, such as \"12 mN m/A\"");
-    let flux = |value: f64, how: &str| Some(vec![converted(value, &from(key), how)]);
     match key {
         "resistance_line_to_line" => {
             let r = reader
@@ -263,6 +252,37 @@ fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
             let how = "foc_motor_l = {}, half of foc_motor_ld_lq_diff less along d and more along q";
             Some([-0.5, 0.5].map(|half| converted(l + half * difference, &from(key), how)).into())
         }
+        "rated_current_rms" => {
+            let i =
+                reader.positive::<Ampere>(key, "the positive rms current of a phase, such as \"10 A\"")?;
+            Some(vec![converted(SQRT_2 * i, &from(key), "√2 times {} rms")])
+        }
+        "rated_current_delta" => {
+            let needed = "the positive peak current of a winding in delta, such as \"10 A\"";
+            let i = reader.positive::<Ampere>(key, needed)?;
+            Some(vec![converted(3.0_f64.sqrt() * i, &from(key), "√3 times {} in delta")])
+        }
+        _ => flux(reader, key),
+    }
+}
+
+/// Returns the peak flux linkage of a phase that a speed, voltage or torque constant or a VESC's number comes to; none if it is wrong, or another key.
+fn flux(reader: &mut Reader, key: &'static str) -> Option<Vec<Value>> {
+    let given = reader.table;
+    let pole_pairs = || {
+        let value = given.get("pole_pairs")?;
+        let value = value.get("value").unwrap_or(value);
+        value.as_float().or_else(|| value.as_integer().map(|n| n as f64)).filter(|p| *p >= 1.0)
+    };
+    let volts = |reader: &mut Reader| {
+        reader.positive::<VoltPerThousandRevolutionsPerMinute>(key, "positive, such as \"4.6 V/krpm\"")
+    };
+    let torque =
+        |reader: &mut Reader| reader.positive::<NewtonMetrePerAmpere>(key, "positive, such as \"12 mN m/A\"");
+    let flux = |value: f64, how: &str| {
+        Some(vec![converted(value, &given.get(key).cloned().unwrap_or(Value::Float(0.0)), how)])
+    };
+    match key {
         "Kv" => {
             let kv = reader.positive::<RevolutionsPerMinuteVolt>(key, "positive, such as \"900 rpm/V\"")?;
             flux(of_speed_constant(kv, pole_pairs()?), "Kv = {}, 60 / (2π √3 p Kv)")
@@ -295,16 +315,6 @@ fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
                 "the positive foc_motor_flux_linkage of a VESC, such as \"3.4 mWb\"",
             )?;
             flux(flux_linkage, "foc_motor_flux_linkage = {}")
-        }
-        "rated_current_rms" => {
-            let i =
-                reader.positive::<Ampere>(key, "the positive rms current of a phase, such as \"10 A\"")?;
-            Some(vec![converted(SQRT_2 * i, &from(key), "√2 times {} rms")])
-        }
-        "rated_current_delta" => {
-            let needed = "the positive peak current of a winding in delta, such as \"10 A\"";
-            let i = reader.positive::<Ampere>(key, needed)?;
-            Some(vec![converted(3.0_f64.sqrt() * i, &from(key), "√3 times {} in delta")])
         }
         _ => None,
     }
