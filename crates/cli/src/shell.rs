@@ -34,6 +34,6 @@ pub const NOT_SHOWN: u8 = 3;
 pub struct Report {
     /// Text for standard output.
     pub text: String,
-    /// Exit code: 0 for success; 1 if the answer is no or a trial could not be simulated; [`NOT_SHOWN`]; 130 if interrupted.
+    /// Exit code: 0 for success; 1 if the answer is no or a trial could not be simulated; 3 if it cannot be shown; 130 if interrupted.
     pub code: u8,
 }
