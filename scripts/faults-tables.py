@@ -43,7 +43,8 @@ def cell(row, digits):
 
 
 def name(row):
-    return "no fault" if row["failure_mode"] == "as it is" else f"`{row['failure_mode']}`"
+    later = {"during": ", during", "50 us": ", 50 µs"}.get(row["begins"], "")
+    return "no fault" if row["failure_mode"] == "as it is" else f"`{row['failure_mode']}`{later}"
 
 
 def replaced(text, head, cells):
@@ -79,7 +80,7 @@ def methods(program):
     page = f"{ROOT}/docs/notes/faults-methods.md"
     text = open(page).read()
     for motor in MOTORS:
-        tables = [study(program, motor, METHODS[0], 300)[0], study(program, motor, METHODS[1], 300, OTHERS)[0]]
+        tables = [study(program, motor, of, 300, ["--begins", "before", *keys])[0] for of, keys in zip(METHODS, ([], OTHERS))]
         counts = {(row["method"], name(row)): cell(row, False) for rows in tables for row in rows}
         faults = {fault for _, fault in counts}
         cells = {fault: [counts.get((method, fault), "–") for group in METHODS for method in group] for fault in faults}

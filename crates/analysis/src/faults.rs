@@ -4,6 +4,7 @@
 //! without them. An answer that would start the motor wrongly is dangerous. The coverage is the share of starts with a
 //! dangerous answer without the checks that have no answer with the checks.
 
+mod entry;
 #[cfg(test)]
 mod tests;
 
@@ -16,12 +17,10 @@ use standstill_detect::Method;
 use standstill_interface::{Fault, Outcome};
 use standstill_numeric::{ln, ln_1p, whole};
 use standstill_quantity::Quantity;
-use standstill_scenario::{
-    Document, FaultMode, FileError, Origin, Plan, Record, Scenario, ScenarioFile, Verdict,
-};
+use standstill_scenario::{FileError, Plan, Record, Scenario, ScenarioFile, Verdict};
 use standstill_sim::{Ended, RunError};
-use toml::Value;
 
+pub use self::entry::{Begins, Entry};
 use crate::{Demands, Halt, Watch};
 use standstill_odds::kept;
 
@@ -230,88 +229,6 @@ impl Counts {
     }
 }
 
-/// Faults of the study that a drive has at once: their modes, and their sizes as the scenario's keys have them.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
-    /// The modes: one or two; none for the drive without a fault.
-    pub modes: Vec<FaultMode>,
-    /// Keys of the scenario that make the faults, as on the command line.
-    pub keys: Vec<(String, Value)>,
-}
-
-impl Entry {
-    /// Makes the entry of the drive without a fault.
-    pub fn whole() -> Self {
-        Self { modes: Vec::new(), keys: Vec::new() }
-    }
-
-    /// Returns the mode of an entry of one fault alone.
-    pub fn single(&self) -> Option<FaultMode> {
-        if let [mode] = self.modes[..] { Some(mode) } else { None }
-    }
-
-    /// Returns the names of the modes; none for the drive without a fault.
-    pub fn name(&self) -> Option<String> {
-        let names: Vec<&str> = self.modes.iter().map(|mode| mode.name()).collect();
-        (!names.is_empty()).then(|| names.join(" + "))
-    }
-
-    /// Makes the entry of two faults in their usual sizes, behind the `before` faults that a scenario has.
-    pub fn pair(modes: [FaultMode; 2], scenario: &Scenario<Method<f64>>, before: usize) -> Self {
-        let [mut first, second] = [0, 1].map(|k| Self::usual(modes[k], scenario, before + k));
-        first.modes.extend(second.modes);
-        first.keys.extend(second.keys);
-        first
-    }
-
-    /// Makes the entry of a fault with its typical size, after the `before` faults that the scenario already has.
-    pub fn usual(mode: FaultMode, scenario: &Scenario<Method<f64>>, before: usize) -> Self {
-        let key = |name: &str| format!("faults.{before}.{name}");
-        let mut keys = vec![(key("mode"), Value::from(mode.name()))];
-        if let Some(size) = mode.size() {
-            let [low, high] = (size.typical)(scenario);
-            let value = |number: f64| Value::Float(significant(number));
-            let size = if mode.is_fixed() || low == high {
-                value(high)
-            } else {
-                Value::Array(vec![value(low), value(high)])
-            };
-            keys.push((key("magnitude"), size));
-        }
-        for (name, further) in mode.further() {
-            let both = (further.size.typical)(scenario).map(|number| Value::Float(significant(number)));
-            keys.push((key(name), Value::Array(both.to_vec())));
-        }
-        Self { modes: vec![mode], keys }
-    }
-
-    /// Returns the command-line arguments that put the fault into a scenario.
-    pub fn arguments(&self) -> Vec<String> {
-        let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-        self.keys.iter().map(|(key, value)| format!("{key}={}", text(value))).collect()
-    }
-
-    /// Makes two plans of a document with the fault: one as it is, one without the method's checks. A method without
-    /// checks has no second plan.
-    ///
-    /// # Errors
-    /// The drive cannot have the fault, or is invalid without the checks.
-    pub fn plans(&self, plan: &Plan, document: &Document) -> Result<(Plan, Option<Plan>), FileError> {
-        let mut broken = document.clone();
-        for (key, value) in &self.keys {
-            broken.set_value(key, value.clone(), Origin::Option("--mode"))?;
-        }
-        let mut unchecked = broken.clone();
-        let broken = plan.changed(broken)?;
-        // A library, a class of Python and methods without checks have no such key.
-        if broken.scenario(0)?.value(CHECKS).is_none() {
-            return Ok((broken, None));
-        }
-        unchecked.set_value(CHECKS, Value::Boolean(false), Origin::Option("--mode"))?;
-        Ok((broken, Some(plan.changed(unchecked)?)))
-    }
-}
-
 /// Key by which the checks of a method are switched off.
 pub const CHECKS: &str = "detector.checks";
 
@@ -388,10 +305,16 @@ pub(crate) fn records(
     Ok(records)
 }
 
-/// Rounds a number to three digits.
-fn significant(number: f64) -> f64 {
-    if number == 0.0 {
-        return 0.0;
+/// Returns the duration in s of the first start of a plan: of the one with number 0.
+///
+/// # Errors
+/// The trial cannot be run.
+pub fn duration(plan: &Plan) -> Result<f64, FileError> {
+    let scenario = plan.scenario(0)?;
+    match records(plan, &scenario, 0..1) {
+        Ok(records) => Ok(records.first().map_or(0.0, |record| record.run.duration.seconds())),
+        Err(Halt::Failed(error)) => Err(error),
+        // Nothing stops it.
+        Err(Halt::Stopped) => Ok(0.0),
     }
-    format!("{number:.2e}").parse().unwrap_or(number)
 }

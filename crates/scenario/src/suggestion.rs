@@ -2,6 +2,7 @@
 
 use standstill_plant::DataSheet;
 
+use super::FaultMode;
 use super::units::{motor_places, places};
 
 /// Least Jaro–Winkler similarity, from 0 to 1, at which an unknown word may be a misspelling of a known one.
@@ -49,6 +50,10 @@ pub(super) fn unknown(message: &str) -> Option<(String, Vec<String>)> {
 pub(super) fn suggest(message: &str, table: &str, word: &str, known: &[String]) -> String {
     if known.is_empty() {
         return message.to_owned();
+    }
+    let of_faults = known.iter().any(|known| known == FaultMode::PhaseOpen.name());
+    if let Some(why) = FaultMode::refused(word).filter(|_| of_faults) {
+        return format!("not simulated: {why}. Known: {}", known.join(", "));
     }
     // Such as `[axes.sensors.noise]`; in `[axes."sensors.noise"]` the key is in quotes, and an unknown word is one of the axis.
     let written = ["axes.", "tolerances."].iter().find_map(|dotted| table.strip_prefix(dotted));

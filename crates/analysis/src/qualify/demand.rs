@@ -162,7 +162,11 @@ impl Demand {
 /// Returns the failure mode of this name.
 fn fault(name: &str) -> Result<FaultMode, Refused> {
     FaultMode::named(name).ok_or_else(|| {
-        (quoted(name, FaultMode::NAMES.iter().copied()), format!("one of {}", FaultMode::NAMES.join(", ")))
+        let found = match FaultMode::refused(name) {
+            Some(why) => format!("`{name}`, which is not simulated: {why}"),
+            None => quoted(name, FaultMode::NAMES.iter().copied()),
+        };
+        (found, format!("one of {}", FaultMode::NAMES.join(", ")))
     })
 }
 

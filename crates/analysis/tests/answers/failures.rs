@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use standstill_analysis::faults::Entry;
+use standstill_analysis::faults::{Begins, Entry};
 use standstill_analysis::{Explained, Trials};
 use standstill_plant::built_in_names;
 use standstill_scenario::{Document, FaultMode, FaultSettings, Plan};
@@ -26,7 +26,15 @@ fn law_the_usual_entry_of_each_mode_builds_a_plan_on_all_library_motors() {
             let (broken, _) =
                 entry.plans(&plan, &document).unwrap_or_else(|error| panic!("{motor}: {error}"));
             let fault = broken.scenario(0).expect(motor).faults[0];
-            assert_eq!(fault.mode, mode);
+            assert_eq!((fault.mode, fault.onset, fault.lasts), (mode, [0.0; 2], f64::INFINITY));
+            for begins in Entry::ways(mode).filter(|begins| *begins != Begins::Before) {
+                let later = Entry { begins, ..entry.clone() }.over(9.4e-3);
+                let (later, _) =
+                    later.plans(&plan, &document).unwrap_or_else(|error| panic!("{motor}: {error}"));
+                let fault = later.scenario(0).expect(motor).faults[0];
+                let lasts = if begins == Begins::Briefly { 50e-6 } else { f64::INFINITY };
+                assert_eq!((fault.onset, fault.lasts), ([0.0, 9.4e-3], lasts));
+            }
             if mode == FaultMode::TurnsShorted {
                 shorted = Some((broken, fault));
             }

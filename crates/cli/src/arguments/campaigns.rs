@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use standstill_analysis::Event;
+use standstill_analysis::faults::Begins;
 use standstill_analysis::limit::{Limits, Measure, Subject};
 use standstill_analysis::subset::Effort;
 use standstill_campaign::store::Shard;
@@ -12,7 +13,7 @@ use standstill_scenario::FaultMode;
 use standstill_table::Format;
 
 use super::scenario::{Axes, Keys, Seed, Source, assignment};
-use super::values::{Force, MOST_ROWS, OUT, choice, trial, whole};
+use super::values::{Force, MOST_ROWS, Mode, OUT, choice, trial, whole};
 use crate::error::Error;
 
 /// Largest number of trials of a run that keeps only statistics. Even with the largest number of points of a design,
@@ -151,8 +152,11 @@ pub struct Faults {
     #[command(flatten)]
     pub question: Question,
     /// Failure mode, such as phase-open; repeat it for several [default: all that the drive can have]
-    #[arg(long, value_name = "MODE", value_parser = choice::<FaultMode>())]
+    #[arg(long, value_name = "MODE", value_parser = Mode)]
     pub mode: Vec<FaultMode>,
+    /// When faults begin; repeat it for several [default: each that a mode can]
+    #[arg(long, value_name = "WHEN", value_parser = choice::<Begins>())]
+    pub begins: Vec<Begins>,
     /// Study each two of the modes at once, too
     #[arg(long)]
     pub pairs: bool,

@@ -1,11 +1,14 @@
 //! Parsers of the values of options, and options that several commands share.
 
+use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 
-use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::error::ErrorKind;
+use clap::{Arg, Args, Command};
 use standstill_interface::Choice;
 use standstill_plant::MapValues;
+use standstill_scenario::FaultMode;
 
 /// Placeholder for the default folder of results, which is named after the scenario's file or the motor, and after the
 /// command.
@@ -51,6 +54,35 @@ pub fn whole<T: TryFrom<u64> + Clone + Send + Sync + 'static>(
 /// Parses a choice by its name.
 pub fn choice<T: Choice>() -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(T::NAMES).try_map(|name| T::named(&name).ok_or("no such choice"))
+}
+
+/// Parses the name of a failure mode. Modes that are not simulated are refused with the reason.
+#[derive(Clone)]
+pub struct Mode;
+
+impl TypedValueParser for Mode {
+    type Value = FaultMode;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        of: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<FaultMode, clap::Error> {
+        match value.to_str().and_then(|name| Some((name, FaultMode::refused(name)?))) {
+            Some((name, why)) => {
+                let option = of.map_or_else(String::new, |of| format!("{of}: "));
+                let message = format!("{option}{name} is not simulated: {why}\n");
+                Err(clap::Error::raw(ErrorKind::ValueValidation, message).with_cmd(command))
+            }
+            None => choice::<FaultMode>().parse_ref(command, of, value),
+        }
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let all: Vec<PossibleValue> = choice::<FaultMode>().possible_values()?.collect();
+        Some(Box::new(all.into_iter()))
+    }
 }
 
 /// Parses the number of a trial, up to the largest that random streams can have.

@@ -8,7 +8,7 @@ mod words;
 use std::path::Path;
 
 use serde_json::json;
-use standstill_analysis::faults::{Allowed, Counts, Entry, study};
+use standstill_analysis::faults::{Allowed, Begins, Counts, Entry, duration, study};
 use standstill_campaign::Estimate;
 use standstill_detect::MethodName;
 use standstill_plant::Digest;
@@ -69,6 +69,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let names = |of: Vec<&str>| (!of.is_empty()).then(|| of.join(", "));
     let named = [
         ("--mode", names(options.mode.iter().map(|mode| mode.name()).collect())),
+        ("--begins", names(options.begins.iter().map(|begins| begins.name()).collect())),
         ("--pairs", options.pairs.then(|| "each two modes".to_owned())),
         ("--method", names(options.method.iter().map(|method| method.name()).collect())),
         ("--trials", Some(trials.to_string())),
@@ -83,10 +84,14 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let mut studies = Vec::new();
     for method in &methods {
         let (document, name) = with_method(&document, file, *method)?;
+        let (whole, _) = Entry::whole().plans(&plan, &document)?;
+        let during = entries.iter().any(|entry| entry.begins != Begins::Before);
+        let lasts = if during { duration(&whole)? } else { 0.0 };
         for entry in &entries {
+            let entry = entry.over(lasts);
             let plans = entry.plans(&plan, &document)?;
             let row = Row {
-                entry: entry.clone(),
+                entry,
                 method: name.clone(),
                 by_name: *method,
                 counts: Counts::default(),
@@ -123,6 +128,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         asked: again(question),
         rates: rates.as_ref(),
         allowed,
+        has_own: !file.faults.is_empty(),
         has_magnet: scenario.motor.has_magnet(),
         has_poles: scenario.motor.has_magnet() && !plan.pole_is_open(),
     };
@@ -148,13 +154,17 @@ fn entries(options: &Options, plan: &Plan) -> (Vec<Entry>, Vec<Left>) {
     let before = plan.file().faults.len();
     let Ok(scenario) = plan.scenario(0) else { return (entries, left) };
     for mode in modes {
-        match mode.lacks_usual(&scenario) {
-            Some(reason) => left.push(Left { mode, reason: reason.to_owned() }),
-            None => entries.push(Entry::usual(mode, &scenario, before)),
+        if let Some(reason) = mode.lacks_usual(&scenario) {
+            left.push(Left { mode, reason: reason.to_owned() });
+            continue;
         }
+        let usual = Entry::usual(mode, &scenario, before);
+        let asked = |begins: &Begins| options.begins.is_empty() || options.begins.contains(begins);
+        let ways = Entry::ways(mode).filter(asked);
+        entries.extend(ways.map(|begins| Entry { begins, ..usual.clone() }));
     }
     if options.pairs {
-        let single: Vec<FaultMode> = entries.iter().filter_map(Entry::single).collect();
+        let single: Vec<FaultMode> = entries.iter().filter_map(Entry::weighed).collect();
         for (number, first) in single.iter().enumerate() {
             let pairs = single[number + 1..].iter().map(|second| [*first, *second]);
             entries.extend(pairs.map(|pair| Entry::pair(pair, &scenario, before)));
@@ -179,7 +189,17 @@ fn with_method(
 }
 
 impl Row {
+    /// Returns the fault in words, with when it begins.
     fn fault(&self) -> String {
+        let name = self.name();
+        match self.entry.begins {
+            Begins::Before => name,
+            Begins::During => format!("{name}, during"),
+            Begins::Briefly => format!("{name}, 50 µs"),
+        }
+    }
+
+    fn name(&self) -> String {
         self.entry.name().unwrap_or_else(|| "as it is".to_owned())
     }
 
@@ -194,7 +214,8 @@ impl Row {
         let coverage = of.coverage().unwrap_or(Estimate::UNKNOWN);
         Record::default()
             .with("method", &self.method)
-            .with("failure_mode", self.fault())
+            .with("failure_mode", self.name())
+            .with("begins", self.entry.name().map(|_| self.entry.begins.name()))
             .with("magnitude", self.entry.arguments().join(" "))
             .with("effect", self.effect())
             .with("trials", of.trials)
@@ -262,6 +283,8 @@ struct Subject<'a> {
     asked: String,
     rates: Option<&'a Rates>,
     allowed: Allowed,
+    /// True if the scenario has faults of its own, which each row has, too.
+    has_own: bool,
     has_magnet: bool,
     /// True if the motor has poles, and its data tell them apart.
     has_poles: bool,
@@ -286,7 +309,7 @@ fn answer(setting: String, of: &Subject<'_>, rows: &[Row], left: &[Left]) -> Ans
         );
         next = Some(("to see the worst start", command));
     }
-    let rate = |row: &Row| rates.and_then(|rates| rates.of(row.entry.single()));
+    let rate = |row: &Row| rates.and_then(|rates| rates.of(row.entry.weighed()));
     let records: Records = rows.iter().map(|row| row.record(rate(row))).collect();
     let json = json!({
         "demand": { "error_deg": allowed.error_deg, "moved_deg": allowed.moved_deg, "current_A": allowed.current },
@@ -314,11 +337,12 @@ fn answer(setting: String, of: &Subject<'_>, rows: &[Row], left: &[Left]) -> Ans
     // Of several methods that with the most dangerous answers.
     let asked_about = rows.iter().rev().max_by_key(|row| row.counts.undetected()).and_then(|row| row.by_name);
     let (purpose, event) = if of.has_poles {
-        ("how rare a wrong pole is without a fault", "wrong-pole".to_owned())
+        ("how rare a wrong pole is", "wrong-pole".to_owned())
     } else {
-        ("how rare such an axis is without a fault", format!("'|e| > {} deg'", allowed.error_deg))
+        ("how rare such an axis is", format!("'|e| > {} deg'", allowed.error_deg))
     };
-    answer.next(purpose, format!("standstill odds {asked}{} --event {event}", with(asked_about)))
+    let purpose = format!("{purpose} {}", words::beside(of.has_own));
+    answer.next(&purpose, format!("standstill odds {asked}{} --event {event}", with(asked_about)))
 }
 
 /// Returns the key of a method that was named by an option, for a command line.
@@ -343,7 +367,9 @@ fn weights(rows: &[Row], rates: Option<&Rates>) -> Vec<String> {
     lines
 }
 
-const LEGEND: [&str; 4] = [
+const LEGEND: [&str; 5] = [
+    "during: the fault begins at an instant of the detection that each trial draws, and stays; 50 µs: a contact that opens then for so long. The others \
+     are there before the detection.",
     "detected: starts without an answer. An answer with the wrong pole or beyond the limit is dangerous.",
     "dangerous: starts whose answer would be wrong without the method's checks (`detector.checks = false`); coverage ≥: the share of these that has \
      no answer with them, the lower end of the exact one-sided 95 % interval; –: no start is dangerous.",

@@ -135,7 +135,40 @@ const OF_SHORTS: [(&str, Further); 2] = [
     ),
 ];
 
+/// Why what shorts the link, or leaves a current without a path, is not simulated.
+const SHORTS: &str = "it shorts the DC link through a leg, whose current only stray inductances limit, and there are none here; such a fault trips the drive";
+
+/// Faults that are not simulated, by their names, and why.
+const REFUSED: [(&str, &str); 8] = [
+    ("switch-shorted", SHORTS),
+    ("gate-stuck-on", SHORTS),
+    ("dead-time-missing", SHORTS),
+    ("link-shorted", SHORTS),
+    (
+        "diode-open",
+        "a current that only this diode can carry has no path, and its voltage is one of a clamp or an avalanche, which are not modelled",
+    ),
+    (
+        "frame-short",
+        "a short to the frame needs a path for the sum of the three currents, which the machine here does not have",
+    ),
+    ("pole-pair-weak", "all pole pairs are alike here: `magnet-weak` weakens all of them"),
+    ("sheet-pole-pairs", "the number of pole pairs changes no electrical angle"),
+];
+
 impl FaultMode {
+    /// Returns why a fault of this name is not simulated; none for the name of a mode, and for what has no meaning.
+    ///
+    /// ```
+    /// use standstill_scenario::FaultMode;
+    ///
+    /// assert!(FaultMode::refused("switch-shorted").is_some_and(|why| why.contains("DC link")));
+    /// assert_eq!(FaultMode::refused("phase-open"), None);
+    /// ```
+    pub fn refused(name: &str) -> Option<&'static str> {
+        REFUSED.iter().find(|(of, _)| *of == name).map(|(_, why)| *why)
+    }
+
     /// Returns the size of this kind of fault; none for faults without a size.
     pub fn size(self) -> Option<Size> {
         let most_current =

@@ -57,11 +57,11 @@ impl Rates {
         self.0.iter().find(|(of, _)| Some(*of) == mode).map(|(_, rate)| *rate)
     }
 
-    /// Sums the rows of each method, weighted by the rates.
+    /// Sums the rows of each method, weighted by the rates: of faults that were there before the detection, so that each rate counts once.
     pub fn weighted(&self, rows: &[Row]) -> Vec<Weighted> {
         let mut all: Vec<Weighted> = Vec::new();
         for row in rows {
-            let Some(rate) = self.of(row.entry.single()) else { continue };
+            let Some(rate) = self.of(row.entry.weighed()) else { continue };
             let place = all.iter().position(|of| of.method == row.method).unwrap_or_else(|| {
                 let method = row.method.clone();
                 all.push(Weighted { method, total: 0.0, wrong_pole: [0.0; 2], beyond: 0.0, detected: 0.0 });

@@ -1,6 +1,6 @@
 //! What `faults` refuses before the first trial.
 
-use standstill_analysis::faults::Entry;
+use standstill_analysis::faults::{Begins, Entry};
 use standstill_scenario::{FaultMode, Plan};
 use standstill_sim::MOST_FAULTS;
 
@@ -17,9 +17,20 @@ pub fn are_studied(
     left: &[Left],
     rates: Option<&Rates>,
 ) -> Result<(), Error> {
-    let single: Vec<FaultMode> = entries.iter().filter_map(Entry::single).collect();
+    let mut single: Vec<FaultMode> = entries.iter().filter_map(Entry::single).collect();
+    single.dedup();
     let lacking = left.iter().map(|left| format!("{} (it needs {})", left.mode.name(), left.reason));
     let lacking = lacking.collect::<Vec<_>>().join(", ");
+    if single.is_empty() && left.is_empty() {
+        let begins: Vec<&str> = options.begins.iter().map(|begins| begins.name()).collect();
+        let modes: Vec<&str> = options.mode.iter().map(|mode| mode.name()).collect();
+        return Err(Error::Arguments(format!(
+            "--begins: found {} with {}, which begins otherwise, needed {} or none",
+            begins.join(", "),
+            modes.join(", "),
+            Begins::Before.name()
+        )));
+    }
     if single.is_empty() {
         return Err(Error::Arguments(format!(
             "--mode: found {lacking}, which this drive cannot have, needed at least one that it can"

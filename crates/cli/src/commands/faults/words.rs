@@ -70,6 +70,11 @@ pub fn worst(rows: &[Row]) -> Option<(&Row, Worst)> {
     worst.max_by(|a, b| a.1.error_deg.abs().total_cmp(&b.1.error_deg.abs()))
 }
 
+/// Returns in words the drive to which no fault was added, which may have faults of its own by the scenario.
+pub const fn beside(has_own: bool) -> &'static str {
+    if has_own { "with the scenario's own faults alone" } else { "without a fault" }
+}
+
 /// Returns what counts as dangerous, and what the headline leaves out.
 pub fn details(of: &Subject<'_>, rows: &[Row]) -> Vec<String> {
     let allowed = of.allowed;
@@ -87,7 +92,7 @@ pub fn details(of: &Subject<'_>, rows: &[Row]) -> Vec<String> {
     let whole = rows.iter().filter(|row| row.entry.modes.is_empty() && row.counts.undetected() > 0);
     details.extend(whole.map(|row| {
         let share = percent(row.counts.undetected(), row.counts.trials);
-        format!("without a fault {share} % of the answers of {} are dangerous", row.method)
+        format!("{} {share} % of the answers of {} are dangerous", beside(of.has_own), row.method)
     }));
     details.extend(rows.iter().filter(|row| is_mute(row)).map(|row| {
         let share = percent(row.counts.detected(), row.counts.trials);

@@ -1,0 +1,160 @@
+//! Entries of a study of faults: which modes, in which sizes, and when they begin.
+
+use standstill_detect::Method;
+use standstill_interface::choice;
+use standstill_scenario::{Document, FaultMode, FileError, Origin, Plan, Scenario};
+use toml::Value;
+
+use super::CHECKS;
+
+/// Time in s for which a contact opens that opens for an instant.
+const INSTANT: f64 = 50e-6;
+
+choice! {
+    /// When a fault of a study begins.
+    pub enum Begins {
+        /// Before the detection.
+        Before = "before",
+        /// During the detection, at an instant that each trial draws; it stays.
+        During = "during",
+        /// During the detection, for 50 µs.
+        Briefly = "50 us",
+    }
+}
+
+/// Faults of the study that a drive has at once: their modes, and their sizes as the scenario's keys have them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// The modes: one or two; none for the drive without a fault.
+    pub modes: Vec<FaultMode>,
+    /// When they begin.
+    pub begins: Begins,
+    /// Keys of the scenario that make the faults, as on the command line.
+    pub keys: Vec<(String, Value)>,
+}
+
+impl Entry {
+    /// Makes the entry of the drive without a fault.
+    pub fn whole() -> Self {
+        Self { modes: Vec::new(), begins: Begins::Before, keys: Vec::new() }
+    }
+
+    /// Returns the mode of an entry of one fault alone.
+    pub fn single(&self) -> Option<FaultMode> {
+        if let [mode] = self.modes[..] { Some(mode) } else { None }
+    }
+
+    /// Returns the mode of a fault alone that was there before the detection, to which a failure rate belongs.
+    pub fn weighed(&self) -> Option<FaultMode> {
+        self.single().filter(|_| self.begins == Begins::Before)
+    }
+
+    /// Returns the names of the modes; none for the drive without a fault.
+    pub fn name(&self) -> Option<String> {
+        let names: Vec<&str> = self.modes.iter().map(|mode| mode.name()).collect();
+        (!names.is_empty()).then(|| names.join(" + "))
+    }
+
+    /// Makes the entry of two faults in their usual sizes, behind the `before` faults that a scenario has.
+    pub fn pair(modes: [FaultMode; 2], scenario: &Scenario<Method<f64>>, before: usize) -> Self {
+        let [mut first, second] = [0, 1].map(|k| Self::usual(modes[k], scenario, before + k));
+        first.modes.extend(second.modes);
+        first.keys.extend(second.keys);
+        first
+    }
+
+    /// Makes the entry of a fault with its typical size, after the `before` faults that the scenario already has.
+    pub fn usual(mode: FaultMode, scenario: &Scenario<Method<f64>>, before: usize) -> Self {
+        let key = |name: &str| format!("faults.{before}.{name}");
+        let mut keys = vec![(key("mode"), Value::from(mode.name()))];
+        if let Some(size) = mode.size() {
+            let [low, high] = (size.typical)(scenario);
+            let value = |number: f64| Value::Float(significant(number));
+            let size = if mode.is_fixed() || low == high {
+                value(high)
+            } else {
+                Value::Array(vec![value(low), value(high)])
+            };
+            keys.push((key("magnitude"), size));
+        }
+        for (name, further) in mode.further() {
+            let both = (further.size.typical)(scenario).map(|number| Value::Float(significant(number)));
+            keys.push((key(name), Value::Array(both.to_vec())));
+        }
+        Self { modes: vec![mode], begins: Begins::Before, keys }
+    }
+
+    /// Returns the ways in which a fault may begin, as a study has them: before the detection, at some time during it, and, of a wire, as a contact
+    /// that opens for an instant.
+    pub fn ways(mode: FaultMode) -> impl Iterator<Item = Begins> {
+        Begins::ALL.into_iter().filter(move |begins| match begins {
+            Begins::Before => true,
+            Begins::During => mode.may_begin(),
+            Begins::Briefly => mode == FaultMode::PhaseOpen,
+        })
+    }
+
+    /// Returns the entry with the keys of its onset, in a detection that takes so many s.
+    ///
+    /// ```
+    /// use std::path::Path;
+    /// use standstill_analysis::faults::{Begins, Entry};
+    /// use standstill_scenario::{Document, FaultMode, Plan};
+    ///
+    /// let plan = Plan::new(Document::parse(Path::new("s.toml"), "motor = \"paper-5k5\"")?)?;
+    /// let open = Entry::usual(FaultMode::PhaseOpen, &plan.scenario(0)?, 0);
+    /// let briefly = Entry { begins: Begins::Briefly, ..open };
+    /// let words = briefly.over(9.4e-3).arguments();
+    /// assert_eq!(words, ["faults.0.mode=phase-open", "faults.0.onset=[0.0, 0.0094]", "faults.0.lasts=0.00005"]);
+    /// # Ok::<(), standstill_scenario::FileError>(())
+    /// ```
+    #[must_use]
+    pub fn over(&self, duration: f64) -> Self {
+        let mut entry = self.clone();
+        let Some((fault, _)) = self.keys.first().and_then(|(key, _)| key.rsplit_once('.')) else {
+            return entry;
+        };
+        if self.begins != Begins::Before {
+            let onset = [0.0, significant(duration)].map(Value::Float);
+            entry.keys.push((format!("{fault}.onset"), Value::Array(onset.to_vec())));
+        }
+        if self.begins == Begins::Briefly {
+            entry.keys.push((format!("{fault}.lasts"), Value::Float(INSTANT)));
+        }
+        entry
+    }
+
+    /// Returns the command-line arguments that put the fault into a scenario.
+    pub fn arguments(&self) -> Vec<String> {
+        let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        self.keys.iter().map(|(key, value)| format!("{key}={}", text(value))).collect()
+    }
+
+    /// Makes two plans of a document with the fault: one as it is, one without the method's checks. A method without
+    /// checks has no second plan.
+    ///
+    /// # Errors
+    /// The drive cannot have the fault, or is invalid without the checks.
+    pub fn plans(&self, plan: &Plan, document: &Document) -> Result<(Plan, Option<Plan>), FileError> {
+        let mut broken = document.clone();
+        for (key, value) in &self.keys {
+            broken.set_value(key, value.clone(), Origin::Option("--mode"))?;
+        }
+        let mut unchecked = broken.clone();
+        let broken = plan.changed(broken)?;
+        // A library, a class of Python and methods without checks have no such key.
+        if broken.scenario(0)?.value(CHECKS).is_none() {
+            return Ok((broken, None));
+        }
+        unchecked.set_value(CHECKS, Value::Boolean(false), Origin::Option("--mode"))?;
+        Ok((broken, Some(plan.changed(unchecked)?)))
+    }
+}
+
+/// Rounds a number to three digits.
+fn significant(number: f64) -> f64 {
+    if number == 0.0 {
+        return 0.0;
+    }
+    format!("{number:.2e}").parse().unwrap_or(number)
+}
