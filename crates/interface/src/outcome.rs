@@ -251,15 +251,15 @@ pub enum Fault<T> {
     NoVoltage,
     /// The terminals do not come to rest after a pulse.
     TerminalsSwing,
-    /// Sensors that read the same current disagree, or one shows a current where none can flow: a sensor or a wire is
-    /// faulty.
+    /// Sensors that read the same current disagree, one shows a current where none can flow, or equal pulses of a train
+    /// show different currents: a sensor or a wire is faulty.
     SensorsDisagree {
         /// Difference in A.
         apart: T,
         /// The limit.
         allowed: T,
     },
-    /// The DC link's voltage is not that of the drive's data sheet.
+    /// The DC link's voltage is not that of the drive's data sheet, or one that currents of equal pulses do not follow.
     DcLinkOutOfRange {
         /// Measured voltage in V.
         found: T,

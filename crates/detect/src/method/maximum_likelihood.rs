@@ -30,7 +30,7 @@ use crate::parts::{significance, turning};
 use crate::settings::SettingsError;
 use combination::{Combined, Said};
 use likelihood::{Curves, Fit, LineParameters, PulseModel, fit};
-use rounds::Rounds;
+use rounds::{Alike, Rounds, Shown};
 use settings::lengthened;
 pub use settings::{Adaptive, MaximumLikelihoodSettings};
 
@@ -106,6 +106,7 @@ impl<T: Real> MaximumLikelihood<T> {
         let train = &self.train.settings;
         let compares = self.settings.pulses.sensing.compares(train.pulse);
         let below = train.place == Place::BelowLegs;
+        let (mut end, mut moment, mut square) = (T::zero(), T::zero(), T::zero());
         for (n, (sum, reading)) in curve.iter_mut().zip(readings).enumerate() {
             let (from, to) = self.train.both(slot, reading)?;
             *sum = *sum + (from + to) / T::of(2.0) * scale;
@@ -113,10 +114,13 @@ impl<T: Real> MaximumLikelihood<T> {
                 self.gains.add(slot, (from, to));
             }
             self.peak = self.peak.max((from + to) / T::of(2.0));
-            if n == whole {
-                self.rounds.add(slot.line, (from + to) / T::of(2.0) * scale);
+            if n <= whole {
+                let time = T::of(n as f64 + 1.0);
+                end = (from + to) / T::of(2.0) * scale;
+                (moment, square) = (moment + time * end, square + time * time);
             }
         }
+        self.rounds.add(slot, Shown { end, slope: moment / square, volts, times: volts / self.dc_link });
         if below && let Some(both) = self.train.at_edge(slot, readings, &self.settings.pulses.sensing)? {
             self.gains.add(slot, both);
         }
@@ -288,13 +292,28 @@ impl<T: Real> MaximumLikelihood<T> {
                 },
             );
             let volts = (turning::BY_SLOPE, self.dc_link / (more * T::of(2.0 / 3.0)));
+            // A part that breaks on the way may look like a rotor that turns, whose rounds agree but for its angle.
+            let (checks, alike) = (settings.plausibility.checks, self.alike(peak, plain.ratio()));
+            self.rounds.check_pulses(&mut self.train.margin, checks, &alike)?;
             settings.check_standing(&mut self.train.margin, volts, &pointer, (pole.angle, deviation))?;
-            let scatter = self.train.noise.sqrt() / (peak * plain.ratio());
-            if settings.plausibility.checks.has(Check::Turning) {
+            if checks.has(Check::Turning) {
+                let scatter = self.train.noise.sqrt() / (peak * plain.ratio());
                 self.rounds.check(&mut self.train.margin, scatter)?;
             }
         }
         Ok((pole, growth))
+    }
+
+    /// Returns by how much equal pulses may differ; `peak`: current in A at their end, `saliency`: |L_B|/L_A.
+    fn alike(&self, peak: T, saliency: T) -> Alike<T> {
+        let (train, sensing) = (&self.train.settings, &self.settings.pulses.sensing);
+        // A straight line from zero through n readings at 1 … n has σ/√(Σ n²) ≈ σ √(3/n³), its end n times that.
+        let on = T::of(train.samples_on() as f64);
+        let reading = T::of(3.0) / on * self.train.noise / (peak * peak);
+        let link = sensing.link_noise / self.dc_link;
+        let [dead, pulse] = [train.dead_time, train.pulse].map(|time| T::of(time.seconds()));
+        let edges = significance::of_timing(dead, pulse);
+        Alike { deviation: (reading + link * link / on + edges).sqrt(), saliency, peak }
     }
 
     /// Computes the answer from all trains so far.

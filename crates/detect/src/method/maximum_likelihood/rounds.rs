@@ -1,12 +1,23 @@
-//! Whether the rotor is where it was in the first round of a train.
+//! Whether the rounds of a train agree: the rotor is where it was in the first one, and equal pulses show equal currents.
 //!
 //! The fit sums the samples of all rounds. A rotor that turns on from round to round leaves sums of which the fit may by chance make an axis
-//! and a pole.
+//! and a pole. So does a fault that begins between two rounds: what it takes from pulses one way looks like saturation.
+//!
+//! A pulse of one line and way raises the current `i = U t / L` again in each round, per volt of the link. Without a fault two rounds differ by
+//! noise, by jitter of the edges, and by the angle Δ that the rotor has turned: `L_A (1 + r cos 2x)` of a line has the relative slope
+//! `2 r / √(1 − r²)` at most. Saturation, gains, delays and resistance are the same in each round. The link may sag from round to round as it
+//! likes: the current follows it. Where it does not, the reading of the link is wrong.
+//!
+//! A rotor that nothing holds is set in motion by the first pulse of a line and stopped by the second, which it shows more or less current. In a
+//! round of the other order that is the other way. So one way is compared with its equals in rounds of the same order, and the sum of both ways in
+//! all rounds.
 
 use standstill_interface::{Abc, Angle, Fault, Real};
 
+use crate::checks::{Check, Checks};
 use crate::parts::lines::{Saliency, SaliencySign};
 use crate::parts::margin::Margin;
+use crate::parts::train::Slot;
 use crate::parts::turning::DEGREE;
 
 /// Angle in rad, 30°, by which the axes of two rounds may differ beside noise: jitter of the edges, of which a drive knows nothing.
@@ -16,7 +27,67 @@ const MOST_TURNED: f64 = 30.0 * DEGREE;
 /// one of a pulse's sample.
 const BY_ROUNDS: f64 = 6.0 * 0.408;
 
-/// The axes of a train's rounds, by the currents at the ends of their pulses.
+/// Six standard deviations of the difference of two pulses.
+const BY_PULSES: f64 = 6.0 * core::f64::consts::SQRT_2;
+
+/// Share by which equal pulses of two rounds may differ beside that: the iron's memory, a link that sags while a core saturates.
+const ALIKE: f64 = 0.02;
+
+/// The smallest and the largest of some numbers, and their sum.
+#[derive(Clone, Copy, Debug)]
+struct Extent<T> {
+    low: T,
+    high: T,
+    sum: T,
+    count: T,
+}
+
+impl<T: Real> Extent<T> {
+    fn new() -> Self {
+        Self { low: T::infinity(), high: T::neg_infinity(), sum: T::zero(), count: T::zero() }
+    }
+
+    fn add(&mut self, value: T) {
+        self.low = self.low.min(value);
+        self.high = self.high.max(value);
+        self.sum = self.sum + value;
+        self.count = self.count + T::one();
+    }
+
+    fn mean(&self) -> T {
+        self.sum / self.count
+    }
+
+    /// Returns the difference between the largest and the smallest as a share of the mean.
+    fn spread(&self) -> T {
+        (self.high - self.low) / self.mean()
+    }
+}
+
+/// A pulse of a train, as its rounds are compared by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shown<T> {
+    /// Current in A at the end of the pulse, and the slope in A per sample of the straight line from zero that fits best; both per the link of
+    /// the train's first pulse.
+    pub end: T,
+    pub slope: T,
+    /// Mean of the link's readings in V, and as a multiple of the train's first pulse.
+    pub volts: T,
+    pub times: T,
+}
+
+/// Differences of two equal pulses that are none of a fault.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Alike<T> {
+    /// Standard deviation of a pulse's slope by noise, as a share of it.
+    pub deviation: T,
+    /// |L_B|/L_A of the motor.
+    pub saliency: T,
+    /// Current in A at the end of a pulse.
+    pub peak: T,
+}
+
+/// What the rounds of a train show: axes, by the currents at the ends of their pulses, and the pulses themselves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rounds<T> {
     /// Sums in A over both ways, by line: of the first round, and of the present one.
@@ -24,17 +95,41 @@ pub(super) struct Rounds<T> {
     now: [T; 3],
     /// The largest angle in rad between the axes of the first and of a later round.
     turned: T,
+    /// Slopes by line, backward and forward in rounds of the first one's order, and of both ways in all: per volt of the link, and as read.
+    pulses: [[[Extent<T>; 2]; 3]; 3],
+    /// Sums of both ways in the present round, by line.
+    both: [[T; 2]; 3],
+    /// Number of rounds that have ended.
+    ended: u8,
+    /// The link in V.
+    link: Extent<T>,
 }
 
 impl<T: Real> Rounds<T> {
     pub fn new() -> Self {
-        let zero = T::zero();
-        Self { first: [zero; 3], now: [zero; 3], turned: zero }
+        let (zero, none) = (T::zero(), Extent::new());
+        Self {
+            first: [zero; 3],
+            now: [zero; 3],
+            turned: zero,
+            pulses: [[[none; 2]; 3]; 3],
+            both: [[zero; 2]; 3],
+            ended: 0,
+            link: none,
+        }
     }
 
-    /// Adds the current in A at the end of a pulse.
-    pub fn add(&mut self, line: usize, current: T) {
-        self.now[line] = self.now[line] + current;
+    /// Adds a pulse.
+    pub fn add(&mut self, slot: Slot, shown: Shown<T>) {
+        self.now[slot.line] = self.now[slot.line] + shown.end;
+        let slopes = [shown.slope, shown.slope * shown.times];
+        for (n, slope) in slopes.into_iter().enumerate() {
+            self.both[slot.line][n] = self.both[slot.line][n] + slope;
+            if self.ended.is_multiple_of(2) {
+                self.pulses[slot.line][usize::from(slot.forward)][n].add(slope);
+            }
+        }
+        self.link.add(shown.volts);
     }
 
     /// Ends a round.
@@ -50,6 +145,13 @@ impl<T: Real> Rounds<T> {
             self.first = self.now;
         }
         self.now = [T::zero(); 3];
+        for (line, both) in self.pulses.iter_mut().zip(&mut self.both) {
+            for (extent, sum) in line[2].iter_mut().zip(both) {
+                extent.add(*sum);
+                *sum = T::zero();
+            }
+        }
+        self.ended = self.ended.wrapping_add(1);
     }
 
     /// Checks that no round saw an axis elsewhere; `scatter`: noise of a reading as a share of its current, over |L_B|/L_A.
@@ -57,5 +159,48 @@ impl<T: Real> Rounds<T> {
         let (angle, allowed) = (self.turned, T::of(MOST_TURNED) + T::of(BY_ROUNDS) * scatter);
         margin.at_most(angle, allowed);
         if angle > allowed { Err(Fault::RotorMoves { angle, allowed }) } else { Ok(()) }
+    }
+
+    /// Iterates over the lines' spreads of both ways' sums, per volt of the link.
+    #[cfg(test)]
+    pub fn spreads(&self) -> impl Iterator<Item = T> {
+        self.pulses.iter().map(|[_, _, [by_volts, _]]| by_volts.spread())
+    }
+
+    /// Checks that equal pulses of all rounds show equal currents, per volt of the link.
+    pub fn check_pulses(
+        &self,
+        margin: &mut Margin<T>,
+        checks: Checks,
+        alike: &Alike<T>,
+    ) -> Result<(), Fault<T>> {
+        let r = alike.saliency.min(T::of(0.9));
+        let by_turning = T::of(2.0) * r / (T::one() - r * r).sqrt() * self.turned;
+        let scatter = T::of(ALIKE) + T::of(BY_PULSES) * alike.deviation;
+        let allowed = scatter + by_turning;
+        for [by_volts, as_read] in self.pulses.as_flattened() {
+            // Currents that agree as they are read, better than per volt, do not follow the link. A rotor that turns changes both alike.
+            let (apart, unlike) = (by_volts.spread(), by_volts.spread() - as_read.spread());
+            let by_link = unlike > T::zero();
+            if !checks.has(if by_link { Check::Link } else { Check::Sensors }) {
+                continue;
+            }
+            let (apart, allowed) = if unlike > scatter { (unlike, scatter) } else { (apart, allowed) };
+            margin.at_most(apart, allowed);
+            if apart <= allowed {
+                continue;
+            }
+            let two = T::of(2.0);
+            return Err(if by_link {
+                let (low, high, mean) = (self.link.low, self.link.high, self.link.mean());
+                let found = if high - mean > mean - low { high } else { low };
+                let [below, above] = [-allowed, allowed].map(|apart| mean * (T::one() + apart / two));
+                Fault::DcLinkOutOfRange { found, allowed: [below, above] }
+            } else {
+                let [apart, allowed] = [apart, allowed].map(|share| share * alike.peak);
+                Fault::SensorsDisagree { apart, allowed }
+            });
+        }
+        Ok(())
     }
 }

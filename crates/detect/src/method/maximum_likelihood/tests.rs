@@ -8,6 +8,7 @@ use crate::nameplate::{Dividers, Nameplate, Place, Sensing};
 use crate::parts::both_ways::BothWaysSettings;
 use crate::testing::{LineMotor, mean_and_deviation};
 
+mod rounds;
 mod sensing;
 
 fn nameplate<T: Real>() -> Nameplate<T> {
@@ -191,21 +192,6 @@ fn law_a_rotor_that_moves_between_trains_is_a_fault_where_it_is_looked_for() {
         for degrees in [3.0, -3.0, 90.0] {
             assert_eq!(has_moved(&turned(settings, degrees)), moves, "{degrees} {checks:?}");
         }
-    }
-}
-
-#[test]
-fn law_a_rotor_that_moves_between_rounds_is_a_fault_where_it_is_looked_for() {
-    let mut settings = MaximumLikelihoodSettings::<f64>::suited(&nameplate());
-    let all = settings.pulses.plausibility.checks;
-    for (checks, moves) in [(all, true), (all.without(Check::Turning), false)] {
-        settings.pulses.plausibility.checks = checks;
-        let mut motor = LineMotor { deviation: 1e-3, ..LineMotor::at(77.0) };
-        let outcome = detect(settings, &mut motor, |motor| {
-            let turned = if motor.pulses.len() < 6 { 77.0_f64 } else { 117.0 };
-            motor.angle = turned.to_radians();
-        });
-        assert_eq!(has_moved(&outcome), moves, "{outcome:?}");
     }
 }
 
