@@ -3,6 +3,7 @@
 
 mod rates;
 mod refused;
+mod table;
 mod words;
 
 use std::path::Path;
@@ -12,7 +13,7 @@ use standstill_analysis::faults::{Allowed, Begins, Counts, Entry, duration, stud
 use standstill_campaign::Estimate;
 use standstill_detect::MethodName;
 use standstill_plant::Digest;
-use standstill_report::page::{Block, Column, Table, Tone};
+use standstill_report::page::Block;
 use standstill_scenario::{Document, FaultMode, Origin, Plan, ScenarioFile};
 
 use self::rates::Rates;
@@ -316,7 +317,7 @@ fn answer(setting: String, of: &Subject<'_>, rows: &[Row], left: &[Left]) -> Ans
         "rows": records,
         "not_studied": left.iter().map(|left| json!({ "mode": left.mode.name(), "needed": left.reason })).collect::<Vec<_>>(),
     });
-    let mut blocks = vec![Block::Table(table(rows)), Block::Text(LEGEND.join("\n\n"))];
+    let mut blocks = vec![Block::Table(table::of(rows)), Block::Text(table::LEGEND.join("\n\n"))];
     if !left.is_empty() {
         let of = |left: &Left| format!("{}: needs {}", left.mode.name(), left.reason);
         blocks.push(Block::Text("Faults that this drive cannot have:".to_owned()));
@@ -365,45 +366,4 @@ fn weights(rows: &[Row], rates: Option<&Rates>) -> Vec<String> {
         lines.push("pairs of faults have no rate and are left out of the sums".to_owned());
     }
     lines
-}
-
-const LEGEND: [&str; 5] = [
-    "during: the fault begins at an instant of the detection that each trial draws, and stays; 50 µs: a contact that opens then for so long. The others \
-     are there before the detection.",
-    "detected: starts without an answer. An answer with the wrong pole or beyond the limit is dangerous.",
-    "dangerous: starts whose answer would be wrong without the method's checks (`detector.checks = false`); coverage ≥: the share of these that has \
-     no answer with them, the lower end of the exact one-sided 95 % interval; –: no start is dangerous.",
-    "moved, current: starts with more movement or current than is said above; they may have any answer, or none.",
-    "Sizes, places and signs are drawn by each trial; the table of the file has their ranges (`magnitude`).",
-];
-
-fn table(rows: &[Row]) -> Table {
-    let share = |title: &str, count: fn(&Counts) -> u64| {
-        Column::number(title).unit("%").of(move |row: &Row| percent(count(&row.counts), row.counts.trials))
-    };
-    let effect = |title: &str, count: fn(&Counts) -> u64| {
-        let column = Column::number(title).unit("%").rank(3);
-        column.of(move |row: &Row| percent(count(&row.counts), row.counts.trials))
-    };
-    let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.1}"));
-    let columns = [
-        Column::word("method").of(|row: &Row| row.method.clone()),
-        Column::word("fault").of(Row::fault),
-        share("right", |of| of.right),
-        share("wrong pole", |of| of.wrong_pole),
-        share("beyond", |of| of.beyond),
-        share("detected", Counts::detected),
-        // The denominator of the coverage.
-        (Column::number("dangerous").rank(2)).of(|row: &Row| {
-            if row.has_checks { row.counts.dangerous.to_string() } else { "no checks".to_owned() }
-        }),
-        (Column::number("coverage ≥").unit("%").rank(2))
-            .of(move |row: &Row| number(row.counts.coverage().map(|of| of.low * 100.0))),
-        effect("moved", |of| of.moved),
-        effect("current", |of| of.overcurrent),
-        (Column::number("worst").unit("°").rank(3))
-            .of(move |row: &Row| number(row.counts.worst.map(|worst| worst.error_deg))),
-        Column::word("detected by").rank(1).of(Row::reason),
-    ];
-    Table::of(rows, |_| Tone::Neutral, columns)
 }

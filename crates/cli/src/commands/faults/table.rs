@@ -1,0 +1,49 @@
+//! The table of `faults` for people, and what its columns are.
+
+use standstill_analysis::faults::Counts;
+use standstill_report::page::{Column, Table, Tone};
+
+use super::{Row, percent};
+
+/// What the columns mean, a paragraph each.
+pub const LEGEND: [&str; 5] = [
+    "during: the fault begins at an instant of the detection that each trial draws, and stays; 50 µs: a contact that opens then for so long. The others \
+     are there before the detection.",
+    "detected: starts without an answer. An answer with the wrong pole or beyond the limit is dangerous.",
+    "dangerous: starts whose answer would be wrong without the method's checks (`detector.checks = false`); coverage ≥: the share of these that has \
+     no answer with them, the lower end of the exact one-sided 95 % interval; –: no start is dangerous.",
+    "moved, current: starts with more movement or current than is said above; they may have any answer, or none.",
+    "Sizes, places and signs are drawn by each trial; the table of the file has their ranges (`magnitude`).",
+];
+
+/// Returns the table of the rows.
+pub fn of(rows: &[Row]) -> Table {
+    let share = |title: &str, count: fn(&Counts) -> u64| {
+        Column::number(title).unit("%").of(move |row: &Row| percent(count(&row.counts), row.counts.trials))
+    };
+    let effect = |title: &str, count: fn(&Counts) -> u64| {
+        let column = Column::number(title).unit("%").rank(3);
+        column.of(move |row: &Row| percent(count(&row.counts), row.counts.trials))
+    };
+    let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.1}"));
+    let columns = [
+        Column::word("method").of(|row: &Row| row.method.clone()),
+        Column::word("fault").of(Row::fault),
+        share("right", |of| of.right),
+        share("wrong pole", |of| of.wrong_pole),
+        share("beyond", |of| of.beyond),
+        share("detected", Counts::detected),
+        // The denominator of the coverage.
+        (Column::number("dangerous").rank(2)).of(|row: &Row| {
+            if row.has_checks { row.counts.dangerous.to_string() } else { "no checks".to_owned() }
+        }),
+        (Column::number("coverage ≥").unit("%").rank(2))
+            .of(move |row: &Row| number(row.counts.coverage().map(|of| of.low * 100.0))),
+        effect("moved", |of| of.moved),
+        effect("current", |of| of.overcurrent),
+        (Column::number("worst").unit("°").rank(3))
+            .of(move |row: &Row| number(row.counts.worst.map(|worst| worst.error_deg))),
+        Column::word("detected by").rank(1).of(Row::reason),
+    ];
+    Table::of(rows, |_| Tone::Neutral, columns)
+}
