@@ -23,7 +23,7 @@ pub struct TurningSpeeds {
     /// True if no start has an axis beyond `within_rpm`, so that there is no error either.
     pub is_silent: bool,
     /// Speeds between which, in at least one direction, more than 5 of 100 starts are answered with an error beyond what is
-    /// demanded, with the method's own checks. The upper speed is none if it exceeds the highest speed that was tried. The pair is none if there is no such speed. A
+    /// demanded, with the method's own checks; `None` if no tried speed is such a speed. The upper speed is `None` if the highest tried speed is one, too. A
     /// start without an angle, or without the pole where the motor has known ones, is no answer.
     pub unnoticed_rpm: Option<(f64, Option<f64>)>,
     /// Smallest share of starts with an axis at a speed up to `within_rpm`, where the method does not look. The percentile is of the starts

@@ -86,7 +86,7 @@ fn law_each_draw_of_a_fault_is_a_part_with_its_name() {
     }
 }
 
-/// What standstill cannot tell: exchanged wires make another motor of it, and a wrong signature takes north for south.
+/// No detection at standstill sees these faults: exchanged wires make another motor, and a wrong signature exchanges north and south.
 const UNKNOWABLE: [FaultMode; 3] =
     [FaultMode::TerminalsSwapped, FaultMode::TerminalsTurned, FaultMode::SheetSignature];
 

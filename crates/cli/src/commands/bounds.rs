@@ -51,7 +51,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let (found, interval) = (bounds.over(angles)?, bounds.interval);
     let angle = |number: usize| 360.0 * number as f64 / angles as f64;
     let each = |(number, bound): (usize, &Bound)| record(bound).with("angle_deg", angle(number));
-    // Where no sample tells of the axis, starts say why.
+    // If the samples contain no information on the axis, plain starts give the reasons.
     let is_blind =
         found.as_ref().is_some_and(|bounds| bounds.iter().flat_map(values).all(|value| value.is_none()));
     let starts = if is_blind { Some(starts(options, document)?) } else { None };

@@ -65,7 +65,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     let found = Suitability::of(&document, &demands, options.effort, |progress| {
         let (line, message) = heard(progress);
         if let Some(line) = line {
-            // What is known so far stays on the terminal, and in a log.
+            // The line of a finished method stays on the terminal; a log gets it, too.
             if spinner.is_hidden() && host::current().is_none() {
                 tell(&line);
             } else {

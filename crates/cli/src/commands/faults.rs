@@ -335,7 +335,7 @@ fn answer(setting: String, of: &Subject<'_>, rows: &[Row], left: &[Left]) -> Ans
     if code == NOT_SHOWN {
         return answer;
     }
-    // Of several methods that with the most dangerous answers.
+    // If there are several methods, the one with the most dangerous answers is named.
     let asked_about = rows.iter().rev().max_by_key(|row| row.counts.undetected()).and_then(|row| row.by_name);
     let (purpose, event) = if of.has_poles {
         ("how rare a wrong pole is", "wrong-pole".to_owned())

@@ -234,7 +234,7 @@ fn regress_impossible_faults_are_refused_by_line() {
     );
 }
 
-/// What standstill cannot tell: exchanged wires make another motor of it.
+/// No detection at standstill sees this fault: exchanged wires make another motor.
 #[test]
 fn law_exchanged_wires_mirror_the_answer() {
     let base = "errors = \"none\"\nmotor = \"paper-5k5\"\n[rotor]\nangle = \"40 deg\"\n[detector]\nmethod = \"bipolar\"\n";

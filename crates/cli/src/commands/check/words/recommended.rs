@@ -31,8 +31,8 @@ pub fn sentence(candidate: &Candidate, found: &Suitability) -> String {
     said + "."
 }
 
-/// Returns the sentence on the method whose few starts have more room than those of the recommended one, and why it is not recommended; empty if
-/// there is none.
+/// Returns the sentence that names a method with more room in its few starts than the recommended one, and the reason why that method is not
+/// recommended; empty if no method has more room.
 pub fn with_more_room(recommended: &Candidate, found: &Suitability) -> String {
     let margin = recommended.margin();
     let others = found.candidates.iter().filter(|of| of.objections.is_empty() && of.margin() > 1.05 * margin);
