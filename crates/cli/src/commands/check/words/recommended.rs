@@ -50,10 +50,12 @@ pub fn with_more_room(recommended: &Candidate, found: &Suitability) -> String {
 fn kept(demand: Demand, margin: f64) -> String {
     match demand {
         Demand::Error | Demand::Movement | Demand::Time => {
-            format!("{:.0} % of what is allowed", 100.0 / margin)
+            format!("{:.0} % of the allowed value", 100.0 / margin)
         }
-        Demand::Current => format!("{:.0} % of what may flow", 100.0 / margin),
-        Demand::Pole => format!("in 99 of 100 starts {:.0} % of what a decision needs", 100.0 * margin),
+        Demand::Current => format!("{:.0} % of the allowed current", 100.0 / margin),
+        Demand::Pole => {
+            format!("in 99 of 100 starts {:.0} % of the evidence that a decision needs", 100.0 * margin)
+        }
         Demand::Answers => "too many end without an angle".to_owned(),
     }
 }
