@@ -56,18 +56,18 @@ pub struct Next {
     pub command: String,
 }
 
-/// Origin of an answer, for its page and its files.
+/// The context of an answer that its page and files need: scenario, command lines, question and long tables.
 #[derive(Default)]
 pub struct Made<'a> {
     /// The scenario; none for answers about several scenarios.
     pub setup: Option<Setup<'a>>,
     /// Subtitle of the page, for answers whose text begins with the verdict.
     pub subtitle: String,
-    /// Facts of the answer in addition to those of the scenario.
+    /// Further facts for the page, each with name and value, after those of the scenario.
     pub facts: Vec<(String, String)>,
     /// Command lines that reproduce the answer.
     pub command: String,
-    /// The question, to be stored in a note beside the files, unless their JSON contains it.
+    /// The question that the files answer, stored in a note beside the files; none if their JSON contains the question.
     pub asked: Option<NotedQuestion>,
     /// Tables that are too long for memory; they are written before all other files.
     pub tables: Vec<TableFile<'a>>,
@@ -118,7 +118,7 @@ impl Answer {
         text + &sections(&self.sections)
     }
 
-    /// Writes the requested files. Returns the text or the JSON to print.
+    /// Writes the answer's files into `folder`, if one is given. Returns the text to print, or the JSON if `as_json`.
     pub fn report(self, folder: Option<PathBuf>, as_json: bool, made: &Made<'_>) -> Result<Report, Error> {
         let (code, json) = (self.code, format!("{:#}\n", self.json));
         let mut text = if as_json { String::new() } else { self.text() };
@@ -178,7 +178,7 @@ impl Answer {
     /// Makes the HTML page, with the figures after the first section and the scenario at the end.
     pub fn page(self, figures: Vec<(String, Figure, String)>, made: &Made<'_>) -> Page {
         let mut sections = self.sections;
-        // Ids have no dots, keys do.
+        // The name of a figure may contain a key with dots; an id of the page must have none.
         let id = |name: &str| name.replace(|c: char| !c.is_ascii_alphanumeric() && c != '_', "-");
         let chart = |(name, figure, caption): (String, Figure, String)| {
             Block::Chart(Chart { id: format!("chart-{}", id(&name)), figure, caption })

@@ -34,7 +34,8 @@ pub use slurm::Slurm;
 pub use values::Force;
 use values::{MOST_ROWS, OUT, amperes, choice, degrees, milliseconds, tolerance, trial, whole};
 
-/// The version, with the numbers on which it depends whether a run can be resumed and whether a library is compatible.
+/// Text of `--version`: the program's version, the number of the numerics (a run can be resumed only with the same one)
+/// and that of the detector ABI (which libraries are compatible).
 static VERSION: LazyLock<String> = LazyLock::new(|| {
     let version = env!("CARGO_PKG_VERSION");
     format!("{version} (numerics {NUMERICS}, ABI of detectors {ABI})")
@@ -242,7 +243,7 @@ pub struct Compare {
     pub threads: Option<u16>,
 }
 
-// It looks for a method of its own, and refuses a library with what to do.
+// `check` chooses the method itself, and refuses `--detector` with advice.
 #[derive(Debug, Args)]
 #[command(mut_arg("detector", |detector| detector.hide(true)))]
 pub struct Check {

@@ -8,11 +8,11 @@ use standstill_quantity::si_value;
 use standstill_scenario::Point;
 use standstill_table::{Cell, Column, Kind};
 
-/// Column of half the width in degrees of the sector that a trial's answer names. It is the last column of a trial,
-/// present only if answers are sectors.
+/// Name of the column with half the width, in degrees, of the sector that a trial's answer names. It is the last column
+/// of a trial, present only if answers are sectors.
 pub const HALF_SECTOR: &str = "half_sector_deg";
 
-/// Value of a trial in a column.
+/// Function from a trial's row to its cell in a column.
 type Value = for<'a> fn(&'a Row) -> Cell<'a>;
 
 /// Columns of a trial in files of trials: name, kind and value.
@@ -43,7 +43,7 @@ pub fn trial_columns(in_sectors: bool) -> impl Iterator<Item = Column> {
     TRIAL.iter().take(count(in_sectors)).map(|(name, kind, _)| Column::new(*name, *kind))
 }
 
-/// Returns the values of a trial in the order of these columns.
+/// Returns the values of a trial in the order of [`trial_columns`].
 pub fn trial_values(row: &Row, in_sectors: bool) -> impl Iterator<Item = Cell<'_>> {
     TRIAL.iter().take(count(in_sectors)).map(|(.., value)| value(row))
 }
@@ -87,7 +87,7 @@ impl AxisColumn {
     }
 }
 
-/// Returns the SI value of a number with or without a unit.
+/// Returns the SI value of a number with or without a unit; none for other values.
 pub fn si(value: &toml::Value) -> Option<f64> {
     match value {
         toml::Value::Integer(number) => Some(*number as f64),

@@ -98,7 +98,8 @@ impl Error {
         Self::results(path, found, "another --out, or --force to replace them")
     }
 
-    /// Returns the error of a journal that something unfinished left, which is not thrown away.
+    /// Returns the error that an unfinished run or question has left a journal at `path`, which the command does not
+    /// overwrite.
     pub fn unfinished(path: impl Into<PathBuf>, found: &str) -> Self {
         Self::results(path, found, "--resume to go on with it, another --out, or --force to throw it away")
     }

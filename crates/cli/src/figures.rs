@@ -57,7 +57,7 @@ pub fn line_pulses(trace: &Trace, entries: &[Entry], subtitle: String) -> Figure
     Figure::new("Line pulses and their currents (Fig. 5 of the paper)", subtitle, 860, panels)
 }
 
-/// Draws the two voltage vectors of the polarity test: the current along the direction of each.
+/// Draws the polarity test: for each of its two voltage vectors the current along the vector, over time.
 pub fn polarity(trace: &Trace, entries: &[Entry], axis_deg: f64, subtitle: String) -> Figure {
     let mut panel = Panel::new(
         Axis::new("time from the start of the vector (ms)"),
@@ -85,7 +85,7 @@ pub fn polarity(trace: &Trace, entries: &[Entry], axis_deg: f64, subtitle: Strin
     Figure::new("Polarity test: the larger current points north", subtitle, 440, [panel])
 }
 
-/// Draws the error over the true angle as on pages, with the paper's bound added.
+/// Draws the angle error over the true angle, as report pages do, and the paper's bound, ± [`Statistics::LIMIT_DEG`].
 pub fn error_over_angle(cloud: &ErrorCloud, subtitle: String) -> Figure {
     let mut figure = study::error_over_angle("", Some(subtitle), cloud);
     for panel in &mut figure.panels {
@@ -96,7 +96,8 @@ pub fn error_over_angle(cloud: &ErrorCloud, subtitle: String) -> Figure {
     figure
 }
 
-/// Draws the inductances over current, and the inductances of the polarity test.
+/// Draws flux linkages and incremental inductances over current, and the average inductances of a polarity test towards
+/// north and south.
 pub fn magnetics(survey: &Survey, motor: &str) -> Figure {
     let over_d = |inductance: fn(&OperatingPoint) -> f64| {
         survey.along_d.iter().map(move |p| (p.i_d, inductance(p) * 1e3))

@@ -163,7 +163,8 @@ fn arguments(words: impl IntoIterator<Item = OsString>) -> Result<Arguments, Err
     })
 }
 
-/// Returns the message on an option of other commands whose key `-s` sets in this command; none for other errors.
+/// Returns the message for an option that only other commands have: it names the key that `-s` sets instead. None for
+/// other errors, and for options without a key.
 fn as_key(error: &clap::Error) -> Option<String> {
     let ContextValue::String(option) = error.get(ContextKind::InvalidArg)? else { return None };
     let long = option.strip_prefix("--").filter(|_| error.kind() == ErrorKind::UnknownArgument)?;

@@ -1,4 +1,4 @@
-//! Recording of a detector's commands.
+//! A detector that records its commands.
 
 use standstill_interface::{Command, Detector, Leg, Nanos, Phase, Reading, Step};
 

@@ -79,7 +79,7 @@ impl SummaryFile {
         Ok(file)
     }
 
-    /// Formats the content of the file with its digest.
+    /// Computes the digest, and returns the content of the file with it, as JSON.
     ///
     /// # Errors
     /// JSON cannot represent a number.
@@ -134,7 +134,7 @@ impl SummaryFile {
     pub fn unreached(&self) -> Option<String> {
         let StopTable { rms, wrong_poles } = self.run.stop_at;
         let half = |e: &Estimate| (e.high - e.low) / 2.0;
-        // What is not a number is not narrow either.
+        // An interval that is not a number does not count as narrow.
         let narrow = |half: f64, most: Option<f64>| most.is_none_or(|most| half <= most);
         let met = |s: &Summary| {
             narrow(half(&s.rms_deg) / s.rms_deg.value, rms.map(Quantity::value))

@@ -26,7 +26,7 @@ pub enum Shipped {
     Paper,
 }
 
-/// Options that are shorthands for keys.
+/// Values of options that are shorthands for keys: option, key and value of each.
 #[derive(Debug, Default)]
 #[must_use]
 pub struct Shorthands(Vec<(&'static str, &'static str, Value)>);
@@ -43,8 +43,8 @@ impl Shorthands {
         self.0.iter().map(|(option, key, _)| (*option, *key)).collect()
     }
 
-    /// Returns the keys that the options set, as `-s KEY=VALUE` for commands that do not have these options;
-    /// `left_out`: an option to leave out.
+    /// Returns the keys that the options set, as text `-s KEY=VALUE` for a command without these options; `left_out`: a
+    /// key to leave out.
     pub fn as_keys(&self, left_out: Option<&str>) -> String {
         let key = |(_, key, value): &(&str, &str, Value)| {
             set(key, &value.as_str().map_or_else(|| value.to_string(), str::to_owned))
@@ -111,7 +111,7 @@ pub fn document(source: &Source, shipped: Shipped, shorthands: Shorthands) -> Re
 /// motor.
 pub fn of_motor(name: &str, keys: &Keys, shorthands: Shorthands) -> Result<Document, Error> {
     let path = Path::new(name);
-    // What has no ending is a motor's name, known or not.
+    // An argument without an ending is a motor's name, known or not.
     let document =
         if path.exists() || path.extension().is_some() { read_either(path)?.0 } else { named(name)? };
     says_something(&document, path);
@@ -128,9 +128,8 @@ pub fn read(path: &Path) -> Result<Document, Error> {
     Ok(document)
 }
 
-/// Prints which scenario is used in place of a file without keys, which is a valid scenario.
-///
-/// The user may have meant a motor. `run` and `sweep` print what they simulate anyway.
+/// If the document is empty, prints that the default scenario is used: a file without keys is valid, but the user may
+/// have meant a motor. `run` and `sweep` print the motor anyway.
 fn says_something(document: &Document, path: &Path) {
     if document.is_empty() && host::current().is_none() {
         let file = path.display();
@@ -161,7 +160,8 @@ pub fn read_either(path: &Path) -> Result<(Document, bool), Error> {
     Ok((document, false))
 }
 
-/// Returns a description of a file that is neither scenario nor motor, and the command that reads it; none if the kind
+/// Returns a description of a file or folder that is neither scenario nor motor, with the command that reads it; none
+/// for other kinds of files.
 /// of file is not known.
 fn named_otherwise(path: &Path) -> Option<String> {
     if path.join("summary.json").exists() {
@@ -183,7 +183,7 @@ fn named_otherwise(path: &Path) -> Option<String> {
     })
 }
 
-/// Parses a file that may be a scenario or a motor.
+/// Parses a file that may be a scenario or a motor; a host may have its text instead.
 fn text_of(path: &Path) -> Result<Document, Error> {
     if let Some(host) = host::current()
         && let Some(text) = host.text(path)
@@ -211,7 +211,8 @@ pub fn changed(mut document: Document, keys: &Keys, shorthands: Shorthands) -> R
         document.set(key, value, Origin::CommandLine)?;
     }
     if let Some(library) = &keys.detector {
-        // In place of the file's method; one that is set beside it is a mistake that the scenario tells.
+        // The library replaces the file's method. A method on the command line as well is a mistake, which the scenario
+        // reports.
         if document.origin("detector.method").is_none() {
             document.remove("detector.method");
         }
@@ -227,8 +228,8 @@ pub fn changed(mut document: Document, keys: &Keys, shorthands: Shorthands) -> R
     Ok(document)
 }
 
-/// Converts the path of a motor that an option names. It is relative to the working directory, while a path in a
-/// document is relative to the document's folder.
+/// Converts the path of a motor that an option names: it is relative to the working directory, but a path in a document
+/// is relative to the document's folder.
 fn from_here(name: &str, document: &Document) -> String {
     let elsewhere =
         !document.files().folder().as_os_str().is_empty() && DataSheet::built_in_text(name).is_none();

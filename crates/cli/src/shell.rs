@@ -15,18 +15,19 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::error::Error;
 
-/// Locks a mutex; what a thread left that panicked counts.
+/// Locks a mutex, even if a thread panicked while it held the lock.
 pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Makes a pool of this many worker threads; none: as many as the machine runs at once.
+/// Makes a pool of this many worker threads; none: as many as the machine has processors.
 pub fn workers(threads: Option<usize>) -> Result<rayon::ThreadPool, Error> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
     pool.map_err(|error| Error::Threads(format!("no worker threads: {error}")))
 }
 
-/// Exit code if the answer is neither yes nor no: a requirement was not shown, or no start has an answer to be asked about.
+/// Exit code if the answer is neither yes nor no: trials did not suffice to show a requirement, or no start gave an
+/// answer that the question could be about.
 pub const NOT_SHOWN: u8 = 3;
 
 /// The text that a command prints, with its exit code.

@@ -20,8 +20,8 @@ fn percent(probability: &Estimate) -> String {
     probability.times(100.0).to_string()
 }
 
-/// Returns the number of decimals for a share in per cent: no more than its interval supports, and no more than a
-/// change of one start would alter.
+/// Returns the number of decimals for a share in per cent: as many as its interval supports, and no more than one start
+/// more or less would change.
 fn share_decimals(of: &Estimate, starts: u64) -> usize {
     let one = magnitude(100.0 / starts as f64).map_or(0, |m| usize::try_from(-m).unwrap_or(0));
     one.min(of.times(100.0).decimals())
@@ -71,7 +71,7 @@ pub const fn good_heading(open: bool) -> &'static str {
     if open { "axis" } else { "right" }
 }
 
-/// Share of starts without a right answer above which a point counts as failing, whatever its error is.
+/// Share of starts without a right answer above which a point counts as failing, however small its error.
 pub const FAILING: f64 = Demands::DEFAULT.without_angle;
 
 /// Share of right answers above which the share is not mentioned, because nearly all starts are answered rightly.
@@ -127,11 +127,11 @@ impl Ranking {
     }
 }
 
-/// Returns the results of a run: its statistics or its points, and the reasons of starts without an answer. A terminal
-/// does not show the reasons of points.
+/// Returns the results of a run: its statistics or its points, and the reasons of starts without an answer. On a
+/// terminal, the reasons of a sweep's points are left out.
 pub fn sections(summary: &SummaryFile) -> Vec<Section> {
     let open = summary.run.pole_is_open;
-    // Axes are varied on purpose: what they say together depends on how they were chosen.
+    // Statistics over all points of a sweep would depend on how the axes were chosen: there are none.
     let (table, is_whole) = match summary.whole() {
         Some(whole) => (figures(whole, open), true),
         None => (points::table(&summary.points, open), false),
@@ -153,7 +153,7 @@ pub fn figures(s: &Summary, open: bool) -> Table {
         let least = at_most(s.beyond_max.high);
         format!("{}°, exceeded by at most {least} % (97.5 % sure)", number(s.max_deg, 3))
     };
-    // Of poles that no start named nothing is known.
+    // Without a start that named a pole, nothing is known of wrong poles.
     let (tone, wrong) = match s.found {
         _ if open => (Tone::Neutral, "not judged".to_owned()),
         0 => (Tone::Neutral, "none named".to_owned()),
@@ -194,8 +194,9 @@ pub fn figures(s: &Summary, open: bool) -> Table {
         )
 }
 
-/// Returns lines on answers that are sectors, by where the rotor really was. If the rotor is in the next sector but
-/// within the limit of the border, the answer counts as right, because the readings of both sectors are alike there.
+/// Returns table lines on answers that are sectors, one for each position of the rotor relative to the named sector. If
+/// the rotor is in the next sector but within the limit of the border, the answer counts as right, because the readings
+/// of both sectors are alike there.
 fn sector_lines(of: &Sectors, limit_deg: f64) -> [(Tone, Vec<String>); 4] {
     let counted = |count: u64| share(count, &binomial_interval(count, of.named));
     let width = 2.0 * of.half_width_deg;
@@ -209,7 +210,7 @@ fn sector_lines(of: &Sectors, limit_deg: f64) -> [(Tone, Vec<String>); 4] {
     ]
 }
 
-/// Returns the sentence on answers that are sectors.
+/// Returns a sentence with the shares of right and wrong answers, for answers that are sectors.
 pub fn sectors_in_words(of: &Sectors, limit_deg: f64) -> String {
     let percent = |count: u64| percent(&binomial_interval(count, of.named));
     format!(
@@ -260,9 +261,10 @@ mod tests {
             s.sectors = in_sectors.then(Sectors::default);
             s
         };
-        // An rms of 0.8° of angles is no worse than one of 0.1° beyond sectors of 60°: both do what they must.
+        // An rms of 0.8° of angles is no worse than one of 0.1° beyond sectors of 60°: both meet the limit.
         let (angle, sector) = (of(1000, false, 0.8, 0.0), of(1000, true, 0.1, 0.0));
-        // Angles that are often off do not; nor sectors that are the wrong ones; right answers come first all the same.
+        // Worse are angles that are often beyond the limit, and wrong sectors; still worse is a point with fewer right
+        // answers.
         let (poor, wrong, silent) =
             (of(1000, false, 4.0, 0.3), of(1000, true, 0.4, 0.01), of(700, false, 0.5, 0.0));
         let mut points = [&silent, &poor, &wrong, &sector, &angle];
@@ -271,7 +273,7 @@ mod tests {
         let rms = points.map(|point| point.rms_deg.value);
         assert_eq!(rms, [&angle, &sector, &wrong, &poor, &silent].map(|point| point.rms_deg.value));
         assert!(ranking.in_words(2.0).contains("angles before sectors"));
-        // Of one kind the rms error decides, as it always did.
+        // If all answers are of one kind, the rms error decides.
         let ranking = Ranking::of([&angle, &poor].into_iter(), false);
         assert_eq!(ranking.compare(&of(1000, false, 0.8, 0.9), &poor), Ordering::Less);
         assert_eq!(ranking.in_words(2.0), "by the share of starts answered rightly, then by the rms error");
@@ -305,7 +307,7 @@ mod tests {
         assert_eq!(percent(&binomial_interval(0, 10_000)), "0.000 [0.000, 0.037]");
         assert_eq!(percent(&binomial_interval(0, 1_000_000)), "0.00000 [0.00000, 0.00037]");
         assert_eq!(share(0, &binomial_interval(0, 1_000_000)), "0 (< 0.00037 %)");
-        // Of four starts one is 25 %, and the interval reaches from 7 to 93 %.
+        // Of four starts one is 25 %; the interval reaches from 7 to 93 %.
         assert_eq!(share(2, &binomial_interval(2, 4)), "2 (50 %)");
         assert_eq!(share(25, &binomial_interval(25, 2000)), "25 (1.2 %)");
         assert_eq!((share_of(1.0, 100), share_of(0.9985, 2000)), ("100".to_owned(), "99.85".to_owned()));

@@ -1,4 +1,4 @@
-//! Alarms, which make an answer doubtful.
+//! Alarms: findings that make an answer doubtful.
 
 use std::fmt;
 
@@ -12,9 +12,10 @@ pub enum Alarm {
         /// Expected coefficient of variation.
         expected: f64,
     },
-    /// Draws that no trial reads have a mean other than zero, here as rms: few independent states were left.
+    /// The sentinel draws, which no trial reads, have this rms mean in standard deviations instead of zero: few
+    /// independent states were left.
     Unread(f64),
-    /// The last level of a run descends from only this number of states of the first level.
+    /// All states of a run's last level descend from this number of states of its first level.
     Ancestors(u32),
     /// Some runs did not reach the event.
     Missed {
@@ -23,23 +24,24 @@ pub enum Alarm {
         /// Number of all runs.
         of: usize,
     },
-    /// No order parameter shows how far a start is from the event: the answer is that of the plain trials.
+    /// The order parameter does not show how far a start is from the event: the answer is that of plain trials.
     Flat,
-    /// All starts have the same distance from the event: the answer is the limit from the plain trials done so far.
+    /// All starts are equally far from the event: the answer is the upper limit from the plain trials done so far.
     Constant,
     /// No run reached the event.
     TooRare {
-        /// Largest probability of the levels at which the runs gave up.
+        /// Largest probability of a run's last level, at which the run gave up.
         level: f64,
-        /// Upper end of the 95 % interval of these levels' probability. The event lies within the levels: it is no more probable, if the
-        /// runs missed no part of it, which each answer of runs that reach their event assumes, too.
+        /// Upper end of the 95 % interval of the mean probability of the runs' last levels. The event lies within these
+        /// levels, so its probability is no larger, provided that the runs missed no part of it.
         at_most: f64,
     },
     /// This number of simulations could not continue; they count as starts without the event.
     Errors(u64),
-    /// This share of the faults is of kinds to which no margin leads.
+    /// This share of the failed starts ended with a fault that no margin announces, so that the chains cannot approach
+    /// it.
     Unled(f64),
-    /// This share of the wrong poles is due to an axis error near 90°, with which any pole is wrong.
+    /// This share of the wrong poles has an axis error above 45°: the axis is lost, and any pole is wrong.
     WrongAxes(f64),
 }
 

@@ -6,7 +6,7 @@ use standstill_sim::{Purpose, Streams, Tape};
 
 use crate::System;
 
-/// A function of a fixed number of independent standard normal numbers, of which a value above zero is the event.
+/// A function of a fixed number of independent standard normal numbers; the event is that its value is above zero.
 ///
 /// ```
 /// use std::sync::atomic::AtomicBool;
@@ -21,7 +21,7 @@ use crate::System;
 /// # Ok::<(), standstill_odds::Halt<std::convert::Infallible>>(())
 /// ```
 ///
-/// Quantities with another distribution are made of normals: a uniform one is Φ(z), an exponential one −ln Φ(−z).
+/// Numbers of other distributions are functions of normals z: Φ(z) is uniform in 0 to 1, −ln Φ(−z) exponential.
 #[derive(Clone, Copy, Debug)]
 pub struct Function<F> {
     draws: usize,
@@ -30,13 +30,13 @@ pub struct Function<F> {
 }
 
 impl<F: Fn(&[f64]) -> f64 + Sync> Function<F> {
-    /// Makes a system of a function `of` and its number of draws. The draws count as those of a specimen (its gains and offsets), so
-    /// the chains adapt the step length of each.
+    /// Makes a system of a function `of` and its number of draws. The draws are treated as those of a specimen (gains,
+    /// offsets): the chains adapt the step length of each.
     pub const fn new(draws: usize, of: F) -> Self {
         Self { draws, purpose: Purpose::CurrentGain, of }
     }
 
-    /// Lets the draws count as those of samples (noise), whose step lengths are all alike: for hundreds of draws.
+    /// Treats the draws as those of samples (noise), which have one common step length: for hundreds of draws.
     #[must_use]
     pub fn of_samples(self) -> Self {
         Self { purpose: Purpose::CurrentNoise, ..self }

@@ -1,7 +1,9 @@
-//! Probabilities of rare events of any [`System`], a function of a vector of standard normals that grows as it is read;
-//! [`Function`] is one of a fixed number.
+//! Probabilities of rare events of a [`System`]: a function whose value above zero is the event, and whose arguments
+//! are standard normal numbers, as many as the function reads. [`Function`] is a system with a fixed number of
+//! arguments.
 //!
-//! [`subset`] walks chains from level to level; [`Odds`] has the answer of several such runs, with its interval and its alarms.
+//! [`subset`] is one run of subset simulation; [`Odds`] combines several runs to a probability with its interval and
+//! alarms.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod alarm;

@@ -17,17 +17,19 @@ use crate::{Halt, System, Watch};
 /// Number of independent runs of subset simulation per answer.
 pub const RUNS: u32 = 8;
 
-/// Number of the estimator: raised with every change of moves, thresholds or estimates, so that an answer is not continued from runs of
-/// another one. The numerics' number covers simulations alone.
+/// Number of the estimator, raised with every change of moves, thresholds or estimates, so that an answer never
+/// combines runs of different estimators. The number of the numerics covers simulations alone.
 const ESTIMATOR: u32 = 3;
 
-/// Least ratio of the scatter between runs to their own estimate of it, for the interval: a smaller scatter is raised to it. Of
-/// intervals from the scatter alone 93 to 95 of 100 contain the true value, because runs that agree by chance give intervals that
-/// miss it; with this factor 95 to 97 do (docs/notes/odds-coverage.txt). Counted with estimator 2; of estimator 3 see docs/notes/witnesses.md.
+/// Least ratio of the scatter between runs to the scatter that their own estimates predict; for the interval, a smaller
+/// scatter is raised to it. Without it, runs that agree by chance give intervals that are too narrow: 93 to 95 of 100
+/// contain the true value, with it 95 to 97 (docs/notes/odds-coverage.txt, counted with estimator 2; for estimator 3
+/// see docs/notes/witnesses.md).
 const LEAST: f64 = 0.8;
 
-/// Number of runs after which the others are left out, if none of these came to the event: they bound its probability by their levels as
-/// well, and three quarters of the work would go into a number that nobody asks for. Of three runs, Student's quantile is 4.3; of two 12.7.
+/// Number of runs after which, if none of them reached the event, the others do only their plain trials (unless one of
+/// those has the event). Three runs bound the event's probability by their last levels well enough: Student's quantile
+/// is 4.3 for three runs, 12.7 for two.
 pub const GIVEN_UP: usize = 3;
 
 /// Method by which the answer was computed.
@@ -50,7 +52,7 @@ pub struct Odds {
     pub widened: bool,
     /// Number of trials in all.
     pub trials: u64,
-    /// Number of plain trials among them: those that were counted, or the first levels of all runs.
+    /// Number of plain trials among them: all for [`Estimator::Plain`], else those of the first levels of all runs.
     pub plain: u64,
     /// Number of levels of the run that had most.
     pub levels: u32,
@@ -58,15 +60,16 @@ pub struct Odds {
     pub runs: Vec<Run>,
     /// Findings that make the answer doubtful.
     pub alarms: Vec<Alarm>,
-    /// Findings of the same kinds that concern so few of the event's starts that the answer holds.
+    /// Findings of the same kinds that concern too few of the event's starts to make the answer doubtful.
     pub remarks: Vec<Alarm>,
-    /// Tapes of starts with the event, and their weights, which sum to one unless there are no tapes.
+    /// Starts with the event, each as its weight and its tape, the record of its draws. The weights sum to one unless
+    /// there are none.
     pub failures: Vec<(f64, Tape)>,
 }
 
 impl Odds {
-    /// Computes the odds by [`RUNS`] runs of subset simulation, or by plain trials if no order parameter leads to the event.
-    /// `done` gets each finished run.
+    /// Computes the probability by [`RUNS`] runs of subset simulation, or by plain trials if no order parameter leads
+    /// to the event. `done` is called with each finished run.
     ///
     /// # Errors
     /// Errors of the system; an interruption.
@@ -79,7 +82,8 @@ impl Odds {
         Self::of_event(system, "", settings, watch, done)
     }
 
-    /// Computes the odds of an event; `name` distinguishes the runs that the watch may store from those of other events.
+    /// Computes the probability of an event. `name`: name of the event, by which the watch tells stored runs of several
+    /// events apart.
     ///
     /// # Errors
     /// Errors of the system; an interruption.
@@ -113,7 +117,7 @@ impl Odds {
             done(&found);
             let flat = found.end == End::Flat;
             runs.push(found);
-            // One that is stuck at its first level would be stuck every time.
+            // A run that is flat at its first level would be flat again with other random numbers.
             if flat && number == 0 && runs[0].levels == 1 {
                 break;
             }
@@ -125,7 +129,8 @@ impl Odds {
                 if hits == 0 {
                     return Ok(Self::of_runs(settings, runs).beside(trials));
                 }
-                // No margin leads to an event that plain trials have: their runs begin from it.
+                // The event occurs in plain trials although no order parameter leads to it: the other runs begin from
+                // such trials.
                 beside = trials;
             }
         }
@@ -140,7 +145,7 @@ impl Odds {
         Ok(odds)
     }
 
-    /// Makes the odds of plain trials, of which `hits` had the event.
+    /// Makes the odds from the number of plain trials and the number of those with the event, `hits`.
     fn of_plain(hits: u64, trials: u64, alarm: Alarm, failures: Vec<(f64, Tape)>) -> Self {
         Self {
             estimator: Estimator::Plain,
@@ -156,9 +161,9 @@ impl Odds {
         }
     }
 
-    /// Computes the odds from all runs: the mean m of their probabilities, with the interval m·exp(± t s/(m √R)), where s is the
-    /// standard deviation of the R runs and t the quantile of Student's distribution. If the runs agree more closely than `LEAST`
-    /// times their own estimates of their errors, that is chance, and s is raised to that value.
+    /// Computes the odds from all runs: the mean m of their probabilities, with the interval m·exp(± t s/(m √R)), where
+    /// s is the standard deviation of the R runs and t the quantile of Student's distribution. If s is less than
+    /// `LEAST` times the standard deviation that the runs estimate of themselves, it is raised to that value.
     pub fn of_runs(settings: &Settings, mut runs: Vec<Run>) -> Self {
         let all = runs.len();
         let probability_of = |run: &Run| if run.end == End::Reached { run.probability } else { 0.0 };
@@ -174,7 +179,8 @@ impl Odds {
         let mut alarms = Vec::new();
         let plain = all as u64 * u64::from(settings.states);
         if reached.is_empty() {
-            // The level at which the chains gave up does not bound the probability. The first levels' trials do: they are independent.
+            // The level at which the chains gave up does not bound the probability. The first levels' trials do: they
+            // are independent.
             let hits = runs.iter().map(|run| u64::from(run.plain_hits)).sum();
             probability = binomial_interval(hits, plain);
             let levels = runs.iter().map(|run| run.probability);
@@ -185,7 +191,7 @@ impl Odds {
             let at_most = mean * standstill_numeric::exp(student(count - 1.0) * judged / count.sqrt());
             alarms.push(Alarm::TooRare { level: levels.fold(0.0, f64::max), at_most });
         } else if reached.iter().all(|run| run.levels == 1) {
-            // Not rare: these are plain trials.
+            // The event is not rare: the runs consist of plain trials.
             let hits = reached.iter().map(|run| u64::from(run.plain_hits)).sum();
             probability = binomial_interval(hits, reached.len() as u64 * u64::from(settings.states));
         } else {
@@ -212,7 +218,7 @@ impl Odds {
         }
     }
 
-    /// Adds plain trials without the event to the bound of an event that no run reached.
+    /// Adds further plain trials, none of them with the event, to the bound of an event that no run reached.
     fn beside(mut self, trials: u64) -> Self {
         let hits = self.runs.iter().map(|run| u64::from(run.plain_hits)).sum();
         self.plain += trials;
@@ -221,10 +227,10 @@ impl Odds {
         self
     }
 
-    /// Widens the interval if alarms make it doubtful. The interval of runs that agree is narrow; but if runs may have missed a
-    /// part of the event, or few independent states are left, the interval goes from the least run to the greatest, each with
-    /// twice its own error, and from zero if a run did not reach the event. For faults to which no margin leads, the upper end is
-    /// at least that of the first levels' plain trials.
+    /// Widens the interval if alarms make it doubtful. If runs may have missed a part of the event, or few independent
+    /// states are left, the interval reaches from the smallest run to the largest, each with twice its own standard
+    /// error, and from zero if a run did not reach the event. If the event contains faults that no margin announces,
+    /// its upper end is at least that of the first levels' plain trials.
     pub fn doubt(&mut self) {
         let parts = |alarm: &Alarm| {
             matches!(
@@ -271,21 +277,20 @@ impl Odds {
     }
 }
 
-/// Returns the coefficient of variation that the runs expect of themselves; zero for no runs.
+/// Returns the rms of the coefficients of variation that the runs estimate of themselves; zero without runs.
 fn expected(runs: &[&Run]) -> f64 {
     (runs.iter().map(|run| power(run.variation, 2)).sum::<f64>() / runs.len().max(1) as f64).sqrt()
 }
 
 /// Returns the alarms of runs that reached a rare event.
 fn alarms_of(reached: &[&Run], all: usize, variation: f64) -> Vec<Alarm> {
-    /// Ratio of observed to expected scatter above which runs disagree, up to [`SHALLOW`] levels and beyond. With seven degrees
-    /// of freedom, 1.5 is exceeded by chance in two of a hundred answers. Up to [`SHALLOW`] levels, runs scatter by 1.2 times the
-    /// expectation, and 1.5 raised an alarm in up to one of seven answers: there the limit is 2, which less than one in a hundred
-    /// exceeds by chance (docs/notes/odds-coverage.txt). With more levels, runs miss parts of an event, which the alarm must
-    /// report.
+    /// Largest allowed ratio of observed to expected scatter, for runs of up to [`SHALLOW`] levels and for deeper ones.
+    /// By chance, 2 answers of 100 exceed 1.5 (seven degrees of freedom). Shallow runs scatter by 1.2 times the
+    /// expectation, so that 1.5 raised an alarm in up to one of seven answers; fewer than 1 in 100 exceed 2 by chance
+    /// (docs/notes/odds-coverage.txt). In deeper runs a larger scatter shows that runs miss parts of an event.
     const MORE: [f64; 2] = [2.0, 1.5];
     const SHALLOW: u32 = 5;
-    /// Standard deviation of the mean of eight independent states.
+    /// Limit of the sentinel draws' rms mean: the standard deviation of the mean of eight independent states.
     const UNREAD: f64 = 0.35;
     const ANCESTORS: u32 = 5;
     let count = reached.len() as f64;
@@ -310,7 +315,7 @@ fn alarms_of(reached: &[&Run], all: usize, variation: f64) -> Vec<Alarm> {
     alarms
 }
 
-/// A system whose trials that could not be carried out are counted, also those of results that were kept.
+/// A system with the number of its trials that could not be carried out, including those of stored results.
 struct Counting<'a, S> {
     system: &'a S,
     watch: &'a dyn Watch,
@@ -318,7 +323,8 @@ struct Counting<'a, S> {
 }
 
 impl<S: System> Counting<'_, S> {
-    /// Returns the result under this key, kept with the number of trials that were lost in it.
+    /// Returns the result under this key, stored or computed, and counts the trials that could not be carried out in
+    /// it.
     fn kept<T: Serialize + DeserializeOwned>(
         &mut self,
         key: &str,
@@ -337,7 +343,8 @@ impl<S: System> Counting<'_, S> {
     }
 }
 
-/// Does the plain trials of the runs that are left out; returns how many had the event, and their number.
+/// Does the plain trials (first levels) of the runs that were not started. Returns the number of trials with the event,
+/// and the number of all.
 fn others<S: System>(
     counting: &mut Counting<'_, S>,
     name: &str,
@@ -362,7 +369,7 @@ fn plain<S: System>(
     settings: &Settings,
 ) -> Result<Odds, Halt<S::Error>> {
     let (system, watch) = (counting.system, counting.watch);
-    // The first level of one run with as many states.
+    // Equal to the first level of one run with this many states.
     let count = settings.counted();
     let all = Settings { states: count, chain: count / 400, ..*settings };
     let key = format!("{name}: plain trials with tapes of {all:?}");

@@ -5,14 +5,18 @@
 //!        P(level 1) ≈ 0.1              P(level 2 | level 1) ≈ 0.1                        until 400 are in it
 //! ```
 //! Au and Beck 2001 (doi:10.1016/S0266-8920(01)00019-4), with the moves of Cotter et al. 2013 (doi:10.1214/13-STS421), which
-//! preserve the standard normal distribution in any dimension. Three moves make one state: of all draws, of those of the specimen
-//! (gains, offsets, delays, the angle), and of those of each sample (noise, jitter). Step lengths of the specimen's draws are in
-//! proportion to these draws' spread among the seeds: among every other seed, for the chains of the others. A seed with a part in
-//! the step length of its own chain made the answer up to 5 % too small. Relatives of a seed among the others still have one: a bias of about
-//! 1.5 % is left with 1,000 states, of 4 % with 400 (docs/notes/witnesses.md). The step length is adapted from level to level and fixed within a level, so
-//! that each chain of a level has one transition kernel, which leaves the conditional distribution invariant.
+//! preserve the standard normal distribution in any dimension. Three moves make one state: of all draws, of those of
+//! the specimen (gains, offsets, delays, the angle), and of those of each sample (noise, jitter).
 //!
-//! Every random number has a key: run, level, chain, step. So the answer does not depend on the number of threads.
+//! The step length of each of the specimen's draws is in proportion to the draw's spread among the seeds; chains of
+//! even number use the spread among the odd seeds, and vice versa. If a seed's own draws were part of that spread, the
+//! answer would be up to 5 % too small; because seeds of both halves have common ancestors, a bias of about 1.5 % is
+//! left with 1,000 states and of 4 % with 400 (docs/notes/witnesses.md). Step lengths are adapted between levels and
+//! fixed within a level, so that each chain has one transition kernel, which leaves the conditional distribution
+//! invariant.
+//!
+//! Every random number has a key (run, level, chain, step), so that the answer does not depend on the number of
+//! threads.
 
 mod chains;
 mod moves;
@@ -29,10 +33,10 @@ use moves::Widths;
 pub use moves::{SAMPLED, of_samples};
 use population::{Population, State};
 
-/// Shares of the plain trials at which the curve has points, so that its probable part is drawn too.
+/// Shares of the plain trials at which the curve has points, so that its part at high probabilities is drawn too.
 const PLAIN: [f64; 9] = [0.9, 0.7, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01];
 
-/// Purpose of sentinel draws, which no trial reads (see [`Run::unread`]), and their number per tape.
+/// Purpose of the sentinel draws, which no trial reads (see [`Run::unread`]). Next to it, their number per tape.
 const UNREAD: Purpose = Purpose::Design;
 const UNREAD_DRAWS: usize = 8;
 
@@ -40,11 +44,12 @@ choice! {
     /// Cost of an answer.
     #[derive(Default)]
     pub enum Effort {
-        /// 1,000 states down to 1e-9: a quarter of the trials, for an interval twice as wide; parts at other angles are lost sooner.
+        /// 1,000 states per level, down to 1e-9: a quarter of the trials of `Normal`, with an interval twice as wide.
+        /// Parts of the event at other angles are lost sooner.
         Quick = "quick",
-        /// 4,000 states down to 1e-12: what a trial of simulated motors needs.
+        /// 4,000 states per level, down to 1e-12: suits trials of simulated motors.
         Normal = "normal" default,
-        /// 16,000 states down to 1e-15: four times the trials, for an interval half as wide.
+        /// 16,000 states per level, down to 1e-15: four times the trials of `Normal`, with an interval half as wide.
         High = "high",
     }
 }
@@ -68,7 +73,7 @@ impl Effort {
         }
     }
 
-    /// Returns the probability below which a run gives up, which bounds the work on an event that is never reached.
+    /// Returns the probability below which a run gives up. It bounds the work if the event is never reached.
     pub const fn least(self) -> f64 {
         match self {
             Self::Quick => 1e-9,
@@ -83,11 +88,11 @@ impl Effort {
 pub struct Settings {
     /// Number of states of a level.
     pub states: u32,
-    /// Length of a chain: one state in `chain` is a seed of the next level.
+    /// Length of a chain in states: one of `chain` states is a seed of the next level.
     pub chain: u32,
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Probability below which a run gives up, counted as if no level had a share below a tenth.
+    /// Probability below which a run gives up. For this purpose each level's share counts as at least a tenth.
     pub least: f64,
 }
 
@@ -112,7 +117,7 @@ impl Settings {
         Self { states: effort.states(), chain: 10, seed, least: effort.least() }
     }
 
-    /// Returns the number of plain trials in which an event is counted to which no order parameter leads.
+    /// Returns the number of plain trials by which an event is counted if no order parameter leads to it.
     pub const fn counted(&self) -> u32 {
         100 * self.states
     }
@@ -122,8 +127,8 @@ impl Settings {
         (self.states / self.chain) as usize
     }
 
-    /// Returns the index of the random stream of one step. The highest bit separates these streams from those of plain trials
-    /// with the same seed.
+    /// Returns the number of the random stream of one step. The highest bit separates these streams from those of plain
+    /// trials with the same seed.
     fn key(run: u32, level: u32, chain: usize, step: u32) -> u64 {
         let [run, level, step] = [run, level, step].map(u64::from);
         1 << 63 | run << 56 | level << 48 | (chain as u64) << 16 | step
@@ -134,14 +139,14 @@ choice! {
     /// Reason why a run ended.
     #[derive(Serialize, Deserialize)]
     pub enum End {
-        /// At least a tenth of a level's states are in the event.
+        /// The event was reached: its states are at least as many as the seeds of a level, a tenth.
         Reached = "reached",
-        /// The order parameter does not lead to the event: too many states share one value, such as that of a quantity that is
+        /// The order parameter does not lead to the event: too many states share one value, as if the quantity is
         /// clipped or coarsely quantised, or the distance from the event is unknown.
         Flat = "flat",
-        /// The levels came below [`Settings::least`] without reaching the event.
+        /// The probability of the levels fell below [`Settings::least`] before the event was reached.
         TooRare = "too rare",
-        /// All plain trials have the same finite value, such as the movement of a locked rotor, so that there is no direction towards
+        /// All plain trials have the same finite value, such as the movement of a locked rotor: no direction leads to
         /// the event.
         Constant = "constant",
     }
@@ -154,12 +159,12 @@ pub struct Run {
     pub end: End,
     /// Probability of the event; for a run that did not reach it, the probability of the last level.
     pub probability: f64,
-    /// Coefficient of variation that the run estimates of itself: the larger of those from the chains' correlations (Au and Beck,
-    /// equation 28), and from descent: how unequally the states in the event descend from those of the first level (Lee and Whiteley
-    /// 2018, doi:10.1093/biomet/asy028, for chains of one length). The former leaves out that chains of a later level descend from the
-    /// same states.
+    /// Coefficient of variation of the probability as the run estimates it: the larger of two estimates, one from the
+    /// correlations within chains (Au and Beck, equation 28), which ignores that chains of later levels descend from
+    /// the same states, and one from how unequally the states in the event descend from those of the first level (Lee
+    /// and Whiteley 2018, doi:10.1093/biomet/asy028, for chains of one length).
     pub variation: f64,
-    /// Number of levels, with the first one of plain trials.
+    /// Number of levels, including the first one of plain trials.
     pub levels: u32,
     /// Points (value, P(value or more)): some quantiles of the plain trials, then the threshold of each level.
     pub curve: Vec<(f64, f64)>,
@@ -178,7 +183,7 @@ pub struct Run {
     pub plain_hits: u32,
 }
 
-/// Returns the estimates `P(value > 0)` by one run of subset simulation; runs with different numbers are independent.
+/// Estimates `P(value > 0)` by one run of subset simulation. Runs with different `number` are independent.
 ///
 /// # Errors
 /// Errors of the system; an interruption.
@@ -206,7 +211,8 @@ pub fn run<S: System>(
     let mut widths = Widths::default();
     let (mut taken, mut tried) = (0, 0);
     let mut squares = 0.0;
-    // Product of the shares, those below a tenth counted as a tenth: a run gives up after nine, twelve or fifteen levels of a tenth.
+    // Product of the levels' shares, each counted as at least a tenth: a run gives up after nine, twelve or fifteen
+    // levels.
     let mut depth = 1.0;
     loop {
         run.levels += 1;
@@ -289,7 +295,8 @@ fn first_level<S: System>(
     Ok(Population::gathered(settings.seeds(), parts))
 }
 
-/// Runs plain trials with the draws of a run's first level; returns the number of states in the event, and some of these states.
+/// Does plain trials with the draws of a run's first level. Returns the number of states in the event, and the tapes of
+/// some of them.
 ///
 /// # Errors
 /// Errors of the system; an interruption.

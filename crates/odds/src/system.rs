@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde::{Serialize, de::DeserializeOwned};
 use standstill_sim::Tape;
 
-/// A function of a vector of standard normal numbers; the vector grows as the function reads it.
+/// A function of standard normal numbers, as many as the function reads from its [`Tape`], a record of a trial's draws.
 ///
 /// ```
 /// use std::convert::Infallible;
@@ -37,14 +37,16 @@ pub trait System: Sync {
     /// Reason why a value cannot be computed.
     type Error: Send;
 
-    /// Returns the values of these tapes in their order. The value of a tape does not depend on the other tapes. A value above
-    /// zero is the event; a value below shows the distance from the event, and minus infinity means that the distance is unknown.
+    /// Returns the values of these tapes in their order; each value depends on its own tape alone. A value above zero
+    /// is the event; a value below zero is minus the distance from the event, in any unit; minus infinity means that
+    /// the distance is unknown.
     ///
     /// # Errors
-    /// Draws of which no trial can be made.
+    /// No trial can be made of the draws of a tape.
     fn values(&self, tapes: &[Tape]) -> Result<Vec<f64>, Self::Error>;
 
-    /// Returns how many of the values so far are those of trials that could not be carried out, which makes an answer doubtful.
+    /// Returns the number of values so far of trials that could not be carried out. Such trials make an answer
+    /// doubtful.
     fn lost(&self) -> u64 {
         0
     }
@@ -58,11 +60,11 @@ pub trait Watch: Sync {
     /// Reports that this number of further trials is done.
     fn did(&self, trials: u64);
 
-    /// Reports that the present run of subset simulation reached the level of this number, beyond which a start lies with this
-    /// probability.
+    /// Reports that the present run of subset simulation reached the level of this number, and the probability that a
+    /// start lies beyond that level.
     fn came_to(&self, _level: u32, _probability: f64) {}
 
-    /// Returns the result that an interrupted computation stored under this key.
+    /// Returns the result that was stored under this key before an interruption; none without one.
     fn recall(&self, _key: &str) -> Option<Vec<u8>> {
         None
     }
@@ -71,8 +73,8 @@ pub trait Watch: Sync {
     fn keep(&self, _key: &str, _bytes: &[u8]) {}
 }
 
-/// Returns the result that is stored under this key, or computes and stores it. The key names all that the result depends on
-/// except the scenario; `trials` returns the number of trials that the result takes.
+/// Returns the result that is stored under this key, or computes and stores it. The key must name all that the result
+/// depends on, except the scenario. `trials`: returns the number of trials of a result.
 ///
 /// # Errors
 /// Those of `compute`.

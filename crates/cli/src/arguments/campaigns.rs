@@ -16,11 +16,11 @@ use super::scenario::{Axes, Keys, Seed, Source, assignment};
 use super::values::{Force, MOST_ROWS, Mode, OUT, choice, trial, whole};
 use crate::error::Error;
 
-/// Largest number of trials of a run that keeps only statistics. Even with the largest number of points of a design,
-/// the trials can be counted in 64 bits.
+/// Largest number of trials at each point of a run that keeps only statistics. With the largest number of points of a
+/// design the total still fits into 64 bits.
 const MOST_TRIALS: u64 = 100_000_000_000;
 
-/// Largest number of trials at one value of a requirement.
+/// Largest number of trials at one value of a key (`require`), or of one failure mode (`faults`).
 pub const MOST_AT_A_VALUE: u64 = 100_000_000;
 
 /// How many trials, and which.

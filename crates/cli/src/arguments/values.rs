@@ -85,7 +85,7 @@ impl TypedValueParser for Mode {
     }
 }
 
-/// Parses the number of a trial, up to the largest that random streams can have.
+/// Parses the number of a trial, from 0 to 2⁶⁰ − 1, the largest for which there is a random stream.
 pub fn trial() -> impl TypedValueParser<Value = u64> {
     whole::<u64>(0..=(1 << 60) - 1)
 }

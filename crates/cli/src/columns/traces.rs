@@ -9,14 +9,14 @@ use standstill_interface::{Phase, Sensed};
 use standstill_sim::{Event, Health, Snapshot, Trace};
 use standstill_table::{Cell, Column, Format, Kind, TableError};
 
-/// Receiver of the rows of a table.
+/// Function that receives the rows of a table, one after the other.
 type Sink<'a> = &'a mut dyn FnMut(&[Cell<'_>]) -> Result<(), TableError>;
 
-/// A column of a trace: its name, and for numbers the number of parts into which a unit is divided when the number is
-/// rounded for text; none for columns of text.
+/// A column of a trace: its name, and for numbers the `parts` of [`round`] by which text files round them (1e6: to 1e-6
+/// of the unit); none for columns of text.
 type Head = (Cow<'static, str>, Option<f64>);
 
-/// Makes a column with this name.
+/// Makes a column with this name and rounding.
 const fn head(name: &'static str, parts: Option<f64>) -> Head {
     (Cow::Borrowed(name), parts)
 }
@@ -40,13 +40,13 @@ impl TraceTable {
         Self { name: "channels", columns: channel_columns, rows: channels },
     ];
 
-    /// Returns the tables that this trace has; the table of channels only if the detector shows some.
+    /// Returns the tables that this trace has; the table of channels only if the detector has channels.
     pub fn of(trace: &Trace) -> impl Iterator<Item = Self> {
         let shows = !trace.own.names.is_empty();
         Self::ALL.into_iter().filter(move |table| shows || table.name != "channels")
     }
 
-    /// Returns the columns that this trace has; sensors that the drive does not have, have no columns.
+    /// Returns the table's columns for this trace. Sensors that the drive lacks have no column.
     pub fn columns(&self, trace: &Trace) -> Vec<Column> {
         let kind = |parts: Option<f64>| parts.map_or(Kind::Text, |_| Kind::Number);
         (self.columns)(trace).into_iter().map(|(name, parts)| Column::new(name, kind(parts))).collect()
@@ -68,12 +68,12 @@ impl TraceTable {
     }
 }
 
-/// Rounds a number to a multiple of one over `parts`. −0 becomes 0, because it would be printed as a negative number.
+/// Rounds a number to a multiple of 1 / `parts`. −0 becomes 0, because it would be printed as a negative number.
 fn round(number: f64, parts: f64) -> f64 {
     (number * parts).round() / parts + 0.0
 }
 
-/// Value of a snapshot in a column.
+/// Function from a snapshot to its cell in a column.
 type Value = fn(&Snapshot) -> Cell<'static>;
 
 /// Columns that every waveform has, with their values: voltages in V against the negative rail, and three kinds of
@@ -147,7 +147,7 @@ const LINK: Head = head("i_link_A", NANO);
 /// Additional column for drives that capture the trips of their comparators.
 const TICKS: Head = head("capture_ticks", NANO);
 
-/// Returns the columns of a detector's channels; the detector decides on their units.
+/// Returns the columns of the table of channels: the time in s, then each channel in the detector's own unit.
 fn channel_columns(trace: &Trace) -> Vec<Head> {
     let names = trace.own.names.iter().map(|name| (Cow::Owned(name.clone()), PICO));
     [head("t_s", PICO)].into_iter().chain(names).collect()
@@ -161,7 +161,8 @@ fn channels(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
     Ok(())
 }
 
-/// Returns whether the drive reads terminals, has a shunt in the DC link, and captures trips, judging by its readings.
+/// Returns three flags, judged by the readings: whether the drive reads its terminals, has a shunt in the DC link, and
+/// captures the trips of its comparators.
 fn reads(trace: &Trace) -> [bool; 3] {
     let mut reads = [false; 3];
     for (_, event) in &trace.events {

@@ -7,7 +7,8 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 /// Largest number of sources that a reader can distinguish in the figure over the angle.
 const DRAWN: usize = 4;
 
-/// A row of the chart: its name, its share with the interval, and its total share with the interval if there is one.
+/// A source of error in the chart: its name, its share of the mean square by itself and, if known, its share with all
+/// interactions; each share as value, lower and upper end of its interval.
 pub struct Bar {
     pub name: String,
     pub share: [f64; 3],
@@ -31,7 +32,7 @@ pub fn shares(bars: &[Bar], subtitle: String) -> Figure {
     let totals =
         bars.iter().enumerate().filter_map(|(k, bar)| Some((place(k), bar.total?.map(|x| 100.0 * x))));
     for (y, [total, low, high]) in totals {
-        // Beside the bar's own interval, not upon it.
+        // Below the interval of the share by itself, so that both can be seen.
         let y = y - 0.15;
         panel = panel.with(Layer::line("", Style::Vermilion, [(low, y), (high, y)])).with(Layer::points(
             TOTALS,
@@ -39,7 +40,7 @@ pub fn shares(bars: &[Bar], subtitle: String) -> Figure {
             [(total, y)],
         ));
     }
-    // Of a dozen rows.
+    // A chart has a dozen rows: the cast loses nothing.
     #[allow(clippy::cast_possible_truncation)]
     let height = 160 + 40 * bars.len() as u32;
     Figure::new("Where the error comes from", subtitle, height.clamp(300, 2000), [panel])
@@ -77,8 +78,8 @@ pub fn over_angle(budget: &Budget, subtitle: &str) -> Figure {
     )
 }
 
-/// Adds values at 0 and 360° to estimates of equal ranges of the angle; they are the means of the last and the first
-/// range.
+/// Adds the points at 0° and 360° to estimates over equal ranges of the angle: at both, the mean of the last and the
+/// first range.
 fn around(mut of: Vec<(f64, Estimate)>) -> Vec<(f64, Estimate)> {
     let (Some((_, first)), Some((_, last))) = (of.first(), of.last()) else { return of };
     let middle = |of: fn(&Estimate) -> f64| (of(first) + of(last)) / 2.0;

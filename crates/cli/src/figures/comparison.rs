@@ -8,16 +8,16 @@ use super::parts::ends;
 use crate::shell::values::{each_once, range};
 use crate::summary::{FAILING, GOOD, good};
 
-/// A set of conditions of one method; several are drawn below each other.
+/// Place of one row of the chart: a method under one set of conditions. The rows of one method lie below each other.
 struct Place {
-    /// Vertical position: the method's, counted from the bottom, plus the offset of the conditions within the method.
+    /// Vertical position: index of the method, counted from the bottom, plus the offset of the conditions.
     y: f64,
     label: String,
     style: Style,
 }
 
-/// The data series of one set of conditions over all methods: markers, and lines from the rms to the 95th percentile
-/// with a gap after each.
+/// The points of one set of conditions over all methods, as (error in degrees, vertical position): markers at the rms,
+/// and lines from the rms to the 95th percentile with a gap after each.
 struct Series {
     label: String,
     style: Style,
@@ -94,7 +94,7 @@ pub fn comparison(entries: &[Entry], subtitle: String, open: bool) -> Figure {
     }
     let panels: Vec<Panel> = groups.iter().map(|group| panel(group, ends, open)).collect();
     let heights: f64 = panels.iter().map(|panel| panel.weight).sum();
-    // Of some hundred pixels.
+    // At most 4000 pixels: the cast drops the fraction alone.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let height = (120.0 + 50.0 * panels.len() as f64 + heights).clamp(LEAST_HEIGHT, 4000.0) as u32;
     Figure::new(
@@ -117,7 +117,8 @@ fn panel(entries: &[&Entry], (low, high): (f64, f64), open: bool) -> Panel {
         let y = (methods.len() - 1 - method) as f64 - 0.7 * within;
         Place { y, label, style: STYLES[place % STYLES.len()] }
     };
-    // The error is that of starts with an axis alone: a method that answers few of them would look good.
+    // Only starts with an axis have an error, so a method that answers few starts would look good: its name shows the
+    // share.
     let named = |name: &str| {
         let shares = || {
             entries.iter().filter(|e| e.method == name).map(|e| (good(&e.summary, open), e.summary.trials))

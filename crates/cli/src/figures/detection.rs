@@ -8,14 +8,14 @@ use standstill_sim::{Comparators, Event, Snapshot, Trace};
 
 use super::parts::Window;
 
-/// Share of the largest current above which a pulse counts.
+/// Share of the trace's largest current above which a snapshot belongs to a pulse.
 const CARRIES: f64 = 0.03;
 
-/// Longest close-up in s.
+/// Length in s at which the close-up of a pulse with PWM ends, unless its first [`GATES`] gate edges take longer.
 const LONGEST: f64 = 400e-6;
-/// Number of gate edges that a pulse without PWM has at most.
+/// Largest number of gate edges of a pulse without PWM.
 const GATES: usize = 12;
-/// Time in s that a close-up shows before the pulse.
+/// Time in s that a close-up shows before and after the pulse.
 const BEFORE: f64 = 20e-6;
 
 /// Largest number of samples that are drawn as marks.
@@ -47,7 +47,7 @@ fn pulses(trace: &Trace) -> Vec<Pulse> {
         let top = run.iter().max_by(|a, b| largest(a).total_cmp(&largest(b)))?;
         let mut phases = [0, 1, 2];
         phases.sort_by(|a, b| top.current[*b].abs().total_cmp(&top.current[*a].abs()));
-        // The gate that began it.
+        // The last gate edge before the current.
         let gate = |(time, event): &(f64, Event)| matches!(event, Event::Gate(..)).then_some(*time);
         let began = trace.events.iter().filter_map(gate).take_while(|time| *time <= run[0].time).last();
         let from = began.unwrap_or(run[0].time).max(run[0].time - LONGEST);
@@ -131,7 +131,7 @@ impl Window<'_> {
 
     /// Adds the current out of the DC link: the sum of the currents of the legs whose upper device conducts.
     fn with_link(&self, panel: Panel) -> Panel {
-        // Below the phases, of which it is one or a sum.
+        // The first layer, so that the phase currents lie above it: it equals one of them or a sum of two.
         let mut panel = panel;
         panel
             .layers
@@ -141,8 +141,8 @@ impl Window<'_> {
 }
 
 /// Draws a whole detection and close-ups: one of the first pulse with current, and one of the first pulse on each other
-/// pair of phases. `conditions`: motor, method and errors; `comparators`: the current that they watch; `estimate`: an
-/// angle in rad.
+/// pair of phases. `conditions`: motor, method and errors; `comparators`: which current the comparators watch;
+/// `estimate`: the detector's angle in rad, if it found one.
 pub fn detection(
     trace: &Trace,
     title: &str,
@@ -184,7 +184,7 @@ pub fn detection(
     )
 }
 
-/// Draws the rotor's angle and the detector's estimate.
+/// Draws the rotor's angle, and the detector's estimate (in rad) if there is one.
 fn angles(whole: &Window<'_>, axis: Axis, estimate: Option<f64>) -> Panel {
     let panel = Panel { weight: 0.8, ..Panel::new(axis, Axis::new("electrical angle (°)")) };
     let angle = whole.points(|s| s.angle.to_degrees());
@@ -213,7 +213,7 @@ fn potentials(near: &Window<'_>, axis: Axis) -> Panel {
     )
 }
 
-/// Ratio of the longest to the shortest of several detections above which each has its own time axis.
+/// Ratio of the longest to the shortest detection above which each panel has its own time axis.
 const UNLIKE: f64 = 4.0;
 
 /// Draws detections with several settings. The currents of each are drawn in its own panel, all on one scale. Common

@@ -15,14 +15,14 @@ const CURRENTS: [(&str, Style); CHANNELS] = [
     ("i_link", Style::Purple),
 ];
 
-/// Rows of the figure, from several traces one after the other: time, measured and simulated values.
+/// Traces drawn one after the other, and the unit of the time axis in s.
 struct Rows<'a> {
     traces: &'a [Trace],
     unit: f64,
 }
 
 impl Rows<'_> {
-    /// Returns the times of all rows; traces from different files are placed one after the other.
+    /// Returns the times of all rows in the axis's unit; traces from different files are placed one after the other.
     fn times(&self) -> Vec<f64> {
         let mut times: Vec<f64> = Vec::new();
         let (mut origin, mut before) = (None, f64::NEG_INFINITY);
@@ -38,7 +38,8 @@ impl Rows<'_> {
         times
     }
 
-    /// Returns a channel's values, with a gap after each trace.
+    /// Returns the points of channel `k`, in A over time, with a gap after each trace; `thin`: at most about
+    /// [`MOST_POINTS`].
     fn channel(
         &self,
         k: usize,
@@ -93,7 +94,8 @@ impl Rows<'_> {
     }
 }
 
-/// Draws all pulses with the rms that noise and converter leave, in A, and a close-up of the pulse with the largest current.
+/// Draws the measured and simulated currents of all pulses and their residuals, and a close-up of the pulse with the
+/// largest current. `expected`: rms in A of the residuals that noise and converters alone would leave.
 pub fn fit(traces: &[Trace], expected: f64, title: &str, subtitle: String) -> Figure {
     let largest = |trace: &Trace| trace.simulated.iter().flatten().map(|i| i.abs()).fold(0.0, f64::max);
     let close =

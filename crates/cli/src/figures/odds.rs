@@ -5,17 +5,18 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
 use super::parts::ends;
 
-/// Magnitude, in the unit of the order parameter, below which all values count as zero and the axis has a fixed width.
+/// Magnitude, in the unit of the order parameter (the event's quantity, such as the axis error), below which all values
+/// count as zero and the axis has a fixed width.
 const LEAST: f64 = 1e-9;
 
-/// Draws the probability that the order parameter exceeds a value, as each run found it, and the event's probability
-/// with its interval. For a likely event, the curve is the estimate from plain trials on both sides of the event.
-/// `in_sectors`: whether answers of starts are sectors.
+/// Draws the probability that the event's order parameter exceeds a value, one curve for each run of subset simulation,
+/// and the event's probability with its interval. For a likely event, the curve is the estimate from plain trials on
+/// both sides of the event. `in_sectors`: whether answers of starts are sectors.
 pub fn odds(odds: &Odds, event: Event, in_sectors: bool, subtitle: String) -> Figure {
     let values = odds.runs.iter().flat_map(|run| run.curve.iter().map(|(value, _)| event.bound() + value));
     let (low, high) = ends(values.chain([event.bound()]));
     let mut axis = Axis::new(event.order_parameter(in_sectors));
-    // Runs whose values are all alike have no width: theirs is that of the values' own size.
+    // If all values are alike, the axis is as wide as the values are large.
     let size = high.abs().max(low.abs());
     if high - low < 1e-3 * size || size < LEAST {
         let half = if size > LEAST { 0.5 * size } else { 1.0 };

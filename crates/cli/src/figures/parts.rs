@@ -16,7 +16,7 @@ pub struct Window<'a> {
     pub trace: &'a Trace,
     pub from: f64,
     pub to: f64,
-    /// Time in s at the zero of the axis; the field after it is the axis's unit in s.
+    /// Time in s at the zero of the axis; `unit`, the next field, is the axis's unit in s.
     pub origin: f64,
     pub unit: f64,
 }
@@ -59,8 +59,8 @@ impl Window<'_> {
         Panel { weight: 0.7, ..Panel::new(axis, Axis::new("")) }.with(Layer::Lanes { lanes, categories })
     }
 
-    /// Returns the conduction modes that legs with this kind of switches can have: a MOSFET's channel conducts in both
-    /// directions, an IGBT never backwards.
+    /// Returns all conduction modes, without the reverse ones if no leg has them in this window: the channel of a
+    /// MOSFET conducts in both directions, an IGBT never backwards.
     pub fn categories(&self) -> Vec<Conduction> {
         let seen = |mode: &Conduction| self.snapshots().any(|s| s.modes.contains(mode));
         let backwards =
@@ -68,7 +68,8 @@ impl Window<'_> {
         Conduction::ALL.into_iter().filter(|mode| !backwards(mode) || seen(mode)).collect()
     }
 
-    /// Returns the stretches of time of one conduction mode of leg `k`: begin, end, and number of the mode.
+    /// Returns the intervals of one conduction mode of leg `k`: begin and end in the axis's unit, and the mode's index
+    /// in [`Window::categories`].
     pub fn spans(&self, k: usize) -> Vec<(f64, f64, usize)> {
         let categories = self.categories();
         let category = |mode| categories.iter().position(|known| *known == mode).unwrap_or(0);

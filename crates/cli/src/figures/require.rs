@@ -9,7 +9,8 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, cell_edges};
 
 use crate::shell::values::{scale as scale_of, scale_of_key};
 
-/// Makes the axis of a key with a single unit that suits `typical`, or else the largest value.
+/// Makes the axis of a key, logarithmic if all values are positive, in one unit that suits `typical` or, without it,
+/// the largest value.
 fn axis(key: &str, values: impl Iterator<Item = f64>, typical: Option<f64>) -> (Axis, Scale) {
     let values: Vec<f64> = values.collect();
     let largest =
@@ -23,8 +24,7 @@ fn axis(key: &str, values: impl Iterator<Item = f64>, typical: Option<f64>) -> (
     (if log { axis.log10() } else { axis }, scale)
 }
 
-/// Returns for each value the result with the most trials, in the order of the values; it supersedes results with fewer
-/// trials.
+/// Returns for each value of the key the result with the most trials, sorted by value.
 fn latest(judged: &[Judged]) -> Vec<&Judged> {
     let superseded =
         |of: &&Judged| judged.iter().any(|other| other.value == of.value && other.trials > of.trials);
@@ -33,8 +33,8 @@ fn latest(judged: &[Judged]) -> Vec<&Judged> {
     latest
 }
 
-/// Smallest ratio of a measure to its limit that is drawn at its value. Values near the limit matter, and rare events
-/// would stretch the axis over many decades.
+/// Smallest ratio of a measure to its limit that is drawn at its value. Smaller ones are drawn as upper limits, because
+/// they would stretch the axis over many decades.
 const LEAST: f64 = 0.01;
 
 /// Returns the axis range of the measures relative to their limits. It contains the values, the upper limits of shares
@@ -62,7 +62,7 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
         _ => &[],
     };
     let (x, scale) = axis(key, judged.iter().map(|judged| judged.value), edges.last().map(|edge| edge.value));
-    // One measure stands in its own unit, several in that of their limits.
+    // A single measure is drawn in its own unit, several as ratios to their limits.
     let (label, unit, limit_named) = match limits.0[..] {
         [one] => {
             let scale = scale_of(one.measure, one.most);
@@ -83,7 +83,7 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
     };
     let (low, high) = shown(limits, &judged);
     let mut panel = Panel::new(x, Axis::new(label).log10().range(unit * low, unit * high));
-    // Beyond its edges it does not hold.
+    // Beyond an edge the limits do not hold.
     let beyond = |edge: &Edge| match edge.side {
         Side::Largest => (scale.number(edge.value), f64::INFINITY),
         Side::Smallest => (f64::NEG_INFINITY, scale.number(edge.value)),
@@ -99,12 +99,12 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
             let [value, low, high] = [value, low, high].map(|x| unit * x / limit.most);
             (judged.clear, (scale.number(judged.value), value, low, high))
         });
-        // What is zero has no place on a logarithmic axis: what is known of it is that it lies below its interval's end.
+        // Zero has no place on a logarithmic axis: only the upper end of its interval is drawn.
         let (none, some): (Vec<_>, Vec<_>) = bars.partition(|(_, (_, value, ..))| *value == 0.0);
         let (little, some): (Vec<_>, Vec<_>) =
             some.into_iter().partition(|(_, (_, value, ..))| *value < unit * LEAST);
         panel = panel.with(Layer::line(&label, Style::nth(k), some.iter().map(|(_, (x, y, ..))| (*x, *y))));
-        // The bars of few trials would hide the others.
+        // Results that are clear after few trials have long bars, which would hide the others: they get points alone.
         let (clear, close): (Vec<_>, Vec<_>) = some.into_iter().partition(|(clear, _)| *clear);
         panel = panel
             .with(Layer::points(&label, Style::nth(k), clear.into_iter().map(|(_, (x, y, ..))| (x, y))))
@@ -138,7 +138,7 @@ pub fn tradeoff(keys: [&str; 2], points: &[Point], limits: &str, subtitle: Strin
             points.iter().filter_map(|point| Some((first.number(point.first), second.number(of(point)?))));
         at.collect::<Vec<_>>()
     };
-    // Where an interval is open, its whisker ends at the value.
+    // If an interval has an open end, its whisker ends at the value.
     let bars = points.iter().flat_map(|point| {
         let ends = [(point.second, [point.low, point.high]), (point.from, [point.from_low, point.from_high])];
         ends.into_iter().filter_map(|(value, [low, high])| {
@@ -148,7 +148,7 @@ pub fn tradeoff(keys: [&str; 2], points: &[Point], limits: &str, subtitle: Strin
         })
     });
     let bars: Vec<_> = bars.collect();
-    // The curve ends where there is no edge: that is an answer too.
+    // A point without an edge is an answer too: every value of the second key meets the limits, or none does.
     let met = |point: &Point| point.second.is_none() && point.answer == EVERYWHERE;
     let never =
         points.iter().zip(edges.windows(2)).filter(|(point, _)| point.second.is_none() && !met(point));

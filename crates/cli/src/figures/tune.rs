@@ -34,7 +34,7 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
         (x.is_finite() && y.is_finite()).then_some((kept, (x, y)))
     });
     let (kept, broken): (Vec<_>, Vec<_>) = looked.partition(|(kept, _)| *kept);
-    // A setting with starts without an answer may have no value of what it is drawn against: then it has no place.
+    // If too many starts have no answer, a measure is not finite: such a setting is not drawn.
     let drawable = |judged: &Judged| Some(place(judged)).filter(|p| p.0.is_finite() && p.1.is_finite());
     let front: Vec<_> = tuned.front.iter().filter_map(drawable).collect();
     let [start, best] = [&tuned.start, &tuned.best].map(drawable);
@@ -46,7 +46,7 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
     });
     let alike = alike(start, best, measures[0]);
     let subtitle = std::iter::once(subtitle).chain(missing).chain(alike).collect::<Vec<_>>().join("; ");
-    // What the answer is about: start, best and what may be chosen between them. What was looked at beside them may be far off.
+    // The close-up covers start, best and front; other settings that were looked at may lie far off.
     let answered = || front.iter().copied().chain(start).chain(best);
     let xs = ends(answered().map(|p| p.0));
     let ys = ends(answered().flat_map(|p| [p.1, p.2, p.3]));
@@ -55,7 +55,7 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
         let near = if k == 0 { [xs.0, xs.1] } else { [ys.0, ys.1] };
         ends(kept.iter().chain(&broken).map(of).chain(near))
     };
-    // Logarithmic where that is more than a factor of three.
+    // Logarithmic if the range is wider than a factor of three.
     let scaled = |k: usize, (low, high): (f64, f64)| {
         if low > 0.0 && high > 3.0 * low {
             axis(k).log10().range(low / 1.1, 1.1 * high)
@@ -65,7 +65,7 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
         }
     };
     let points = |all: Vec<(bool, (f64, f64))>| all.into_iter().map(|(_, point)| point);
-    // A setting can look better on the search's random numbers than on those of which start, best and front are.
+    // Search and judgement draw different random numbers: on those of the search, a setting can look better than it is.
     let searched = format!("looked at, by seed {}", asked.seed);
     let judged = |what: &str| format!("{what}, by seed {}", asked.seed.wrapping_add(2));
     let none_better = judged("none better in both");
@@ -89,7 +89,7 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
             .into_iter()
             .fold(panel, |panel, (label, style, at)| panel.with(Layer::error_bars(&label, style, [at])))
     };
-    // Once all that was looked at, once start, best and what lies between them alone.
+    // Two panels: all settings that were looked at, and a close-up of start, best and front.
     let mut looks = Panel::new(scaled(0, drawn(0)), scaled(1, drawn(1))).titled("all settings looked at");
     if !broken.is_empty() {
         let label = format!("{searched}, breaks a limit");
@@ -111,11 +111,10 @@ fn absent(what: &str, has: Estimate, unit: &str, [against, measure]: [Measure; 2
     format!("{what}{said}: not drawn, too many starts without an answer to have a {against}")
 }
 
-/// Position in the figure, with the ends of its interval.
+/// Position in the figure: x, y, and the ends of the interval of y.
 type Place = (f64, f64, f64, f64);
 
-/// Returns the note that initial and best settings lie above one another. The figure then shows the gain, but not its
-/// cost.
+/// Returns the note that initial and best settings have the same x. The figure then shows the gain, but not its cost.
 fn alike(start: Option<Place>, best: Option<Place>, against: Measure) -> Option<String> {
     let (start, best) = start.zip(best)?;
     let alike = start != best && (start.0 - best.0).abs() <= 1e-6 * best.0.abs();

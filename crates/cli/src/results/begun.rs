@@ -1,5 +1,5 @@
-//! A hidden note in the folder of a run: the scenario, keys and seed as its command line named them, so that a next command can be printed
-//! as it is to be typed.
+//! A hidden note in the folder of a run: the scenario, keys and seed as its command line named them. Commands that are
+//! proposed next are printed from it, ready to type.
 
 use std::path::Path;
 
@@ -23,7 +23,8 @@ pub struct Begun {
     pub line: String,
     /// The whole command line, without `--resume` and `--force`.
     pub typed: String,
-    /// The command that looks for settings with which starts have an answer; none if it does not judge what the run is about.
+    /// The command that looks for settings with which starts have an answer; none if that command cannot judge such a
+    /// run, say one with a detector library.
     pub check: Option<String>,
 }
 
@@ -38,7 +39,7 @@ impl Begun {
             Self::forget(folder);
             return Ok(());
         }
-        // Of strings alone: there is nothing that could fail.
+        // The note consists of strings: writing it as JSON cannot fail.
         let text = serde_json::to_vec_pretty(self).unwrap_or_default();
         replace(&path, &text)
     }
@@ -48,7 +49,8 @@ impl Begun {
         let _ = std::fs::remove_file(folder.join(NOTE));
     }
 
-    /// Reads the note of a run; none without one, or if the scenario's file is not where a command of this process would look for it.
+    /// Reads the note of a run; none if there is none, or if no file is at the scenario's path from this working
+    /// directory.
     pub fn of(folder: &Path) -> Option<Self> {
         let begun: Self = serde_json::from_str(&read_text(&folder.join(NOTE)).ok()?).ok()?;
         let is_there = Path::new(&begun.scenario).is_file() || built_in(&begun.scenario).is_some();

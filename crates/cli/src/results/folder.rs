@@ -26,7 +26,8 @@ pub struct FinishedRun {
 }
 
 impl FinishedRun {
-    /// Returns how the run's command line named its scenario, with a note where nothing says that.
+    /// Returns how the run's command line named its scenario. Without a note of that, returns a stand-in
+    /// (`scenario.toml`) and a remark that explains it.
     pub fn begun(&self) -> (Begun, &'static str) {
         const STAND_IN: &str = "scenario.toml";
         if let Some(begun) = Begun::of(&self.folder) {
@@ -158,7 +159,7 @@ pub fn say_extension(folder: &Path) {
     ));
 }
 
-/// Returns the run to which a journal belongs, and the number of its finished trials as text.
+/// Returns the run to which a journal belongs, and a text with the number of its finished trials.
 fn done(journal: &Path) -> Option<(Identity, String)> {
     let mut rows = Rows::open(journal).ok()?;
     while rows.block().ok()?.is_some() {}
@@ -184,7 +185,7 @@ impl FinishedRun {
         Ok(Self { folder: folder.to_owned(), trials, summary, file, fence: None })
     }
 
-    /// Returns the error of a table of trials that belongs to another run.
+    /// Returns the error that the table of trials belongs to another run; `found`: what shows it.
     pub fn foreign(&self, found: String) -> Error {
         Error::results(&self.trials, found, "the trials that summary.json beside it is of")
     }

@@ -1,4 +1,4 @@
-//! Pages that are older than the data beside them, and are marked as outdated.
+//! Pages of reports and explanations that are older than the data beside them: they are marked as outdated.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::shell::asked::rewrite;
 use crate::error::Error;
 use crate::shell::command_line::quoted;
 
-/// Pages in a run's folder: their subfolder, their name, and the command that makes them.
+/// Pages in a run's folder: subfolder, file name, and the command that makes the page.
 const PAGES: [(&str, &str, &str); 2] = [
     ("report", "report.html", "standstill report FOLDER"),
     ("report", "comparison.html", "standstill report FOLDER OTHER"),
@@ -39,7 +39,7 @@ fn note(command: &str) -> String {
     )
 }
 
-/// Inserts the note into the outdated pages of a run's folder. Returns a message for each.
+/// Inserts the note into each outdated page of a run's folder. Returns a message for each page.
 ///
 /// # Errors
 /// A page cannot be written.
@@ -58,7 +58,7 @@ pub fn mark(folder: &Path) -> Result<Vec<String>, Error> {
     Ok(said)
 }
 
-/// Returns the options of `explain` that a folder's name encodes.
+/// Returns the options of `explain` that the name of its folder encodes; none for other names.
 pub fn options_of(name: &str) -> Option<String> {
     let (of, point) = name
         .split_once("-point-")

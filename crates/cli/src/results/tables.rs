@@ -1,4 +1,4 @@
-//! Digests of the tables of a finished run, by which later changes are recognised.
+//! Digests of the tables of a finished run, which reveal later changes.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,7 +19,7 @@ use crate::shell::terminal::tell;
 pub struct Tables(BTreeMap<String, String>);
 
 impl Tables {
-    /// Computes the digests of complete files.
+    /// Computes the digests of files that are complete but not yet in place.
     ///
     /// # Errors
     /// A file cannot be read back.
@@ -52,7 +52,7 @@ impl Tables {
             return Ok(());
         }
         let folder = table.parent().unwrap_or(Path::new(""));
-        // A run that ended between its table and its summary has all trials in its journal.
+        // If a run ended between its table and its summary, its journal has all trials.
         let way = if folder.join(Shard::WHOLE.file_name()).exists() {
             format!(
                 "delete {} and repeat the command of the run with --resume: the journal has its trials",

@@ -44,7 +44,8 @@ impl NotedQuestion {
         Self { command, question: Note { said, digest: digest(&all), files: BTreeMap::new() }, force }
     }
 
-    /// Makes the question of a command about a place, which stays the same when the content of the place changes.
+    /// Makes the question of a command about a place, identified by the text alone: it stays the same when the content
+    /// of the place changes.
     pub fn place(command: &'static str, said: String, force: bool) -> Self {
         let question = Note { digest: digest(&said), said, files: BTreeMap::new() };
         Self { command, question, force }
@@ -77,8 +78,8 @@ impl NotedQuestion {
         Err(Error::another("run", folder.join(first), &difference))
     }
 
-    /// Returns the new content of the folder's note ([`NOTE`]), to which this question and the digests of these files
-    /// are added. `staged` returns the path of a file before it is moved to the folder.
+    /// Returns the new content of the folder's note ([`NOTE`]): the present one, with this question and the digests of
+    /// the files of these names added. `staged` returns the path of a file before it is moved to the folder.
     ///
     /// # Errors
     /// A file cannot be read, with its name.
@@ -90,7 +91,7 @@ impl NotedQuestion {
     ) -> Result<Vec<u8>, (String, std::io::Error)> {
         let mut all = kept(folder);
         let mut question = self.question.clone();
-        // The same question may have other files there, of another format.
+        // The same question may have written files of another format there.
         if let Some(same) = all.remove(self.command).filter(|same| same.digest == question.digest) {
             question.files = same.files;
         }
@@ -105,7 +106,7 @@ impl NotedQuestion {
             question.files.insert(name.clone(), newest(new, present.filter(own)));
         }
         all.insert(self.command.to_owned(), question);
-        // Of strings alone: there is nothing that could fail.
+        // The note consists of strings: writing it as JSON cannot fail.
         Ok(serde_json::to_vec_pretty(&all).unwrap_or_default())
     }
 }
@@ -140,14 +141,16 @@ pub fn rewrite(folder: &Path, name: &str, content: &[u8]) -> Result<(), Error> {
         *digests = newest(Digest::of(content).to_string(), before.clone());
         changed = true;
     }
-    // The note goes first and knows both contents: a process that is killed before the second step leaves the old one.
+    // The note goes first, with both digests: if the process is killed before the second step, the old file still
+    // matches.
     if changed {
         replace(&folder.join(NOTE), &serde_json::to_vec_pretty(&all).unwrap_or_default())?;
     }
     replace(&path, content)
 }
 
-/// Returns the text of a file's digests: that of its new content and, until that is in place, that of the present one.
+/// Returns the text with a file's digests: that of its new content, and that of the present content until it is
+/// replaced.
 fn newest(new: String, present: Option<String>) -> String {
     match present.filter(|present| *present != new) {
         Some(present) => format!("{new}{OR}{present}"),
@@ -176,7 +179,7 @@ mod tests {
         assert!(first.guard(folder.path(), &["a.csv"]).is_ok());
         std::fs::write(folder.path().join("a.csv"), "1").expect("written");
         assert!(first.guard(folder.path(), &["b.csv"]).is_ok());
-        // A file of which nobody knows.
+        // A file that no note mentions.
         let said = first.guard(folder.path(), &["a.csv"]).expect_err("in the way").to_string();
         assert!(
             said.contains("a.csv: found the results of another run") && said.contains("--force"),
@@ -193,7 +196,7 @@ mod tests {
             asked("compare", 2.0, false).guard(folder.path(), &["a.csv"]).expect_err("other").to_string();
         assert!(said.contains("of motor 1 there and of motor 2 here"), "{said}");
         assert!(asked("compare", 2.0, true).guard(folder.path(), &["a.csv"]).is_ok());
-        // Another command's note says nothing of this one's, and stays.
+        // A note of another command does not vouch for this one's files, and stays.
         let other = asked("magnetics", 1.0, false);
         assert!(other.guard(folder.path(), &["a.csv"]).is_err());
         note(&other, &["m.svg"]);
@@ -207,7 +210,8 @@ mod tests {
         let said = first.guard(folder.path(), &["a.csv"]).expect_err("not its own").to_string();
         assert!(said.contains("written by something else since"), "{said}");
         assert!(first.guard(folder.path(), &["a.npz"]).is_ok());
-        // A file that is replaced is the command's before and after, wherever it was killed; nobody else's is.
+        // While a file is being replaced, its old and its new content count as the command's own; any other content
+        // does not.
         let path = folder.path().join("a.npz");
         for (content, own) in [("marked", true), ("1", true), ("3", false)] {
             std::fs::write(&path, "1").expect("written");

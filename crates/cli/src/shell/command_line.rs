@@ -36,14 +36,15 @@ pub fn typed() -> String {
     typed_of(None)
 }
 
-/// Returns this process's command line as it begins a work: without `--resume` and `--force`.
+/// Returns the command line with which this process's run began: without `--resume` and `--force`.
 pub fn begun() -> String {
     let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
     let words = words.filter(|word| !["--resume", "--force"].contains(&word.as_str()));
     std::iter::once("standstill".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// Returns this process's command line with the scenario's file replaced by `scenario.toml`.
+/// Returns this process's command line, with the path of `scenario` replaced by `scenario.toml`; empty in a host
+/// program.
 pub fn typed_of(scenario: Option<&Path>) -> String {
     if super::host::current().is_some() {
         return String::new();
@@ -55,12 +56,12 @@ pub fn typed_of(scenario: Option<&Path>) -> String {
     std::iter::once("standstill".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// Beginning of an entry that is the digest of an option's file.
+/// Beginning of the name of an entry whose value is the digest of an option's file: see [`command`].
 pub const DIGEST_OF: &str = "digest of ";
 
-/// Makes a command line of this program. An option with several values, joined by commas, is repeated for each. An
-/// entry without a leading dash is a further file, whose value is its digest; one that begins with [`DIGEST_OF`] is the digest of an option's
-/// file, which the command line does not have.
+/// Makes a command line of this program from a question's record of options and values. Several values of an option,
+/// joined by commas, repeat the option. An entry without a leading dash is the path of a further file, whose value, a
+/// digest, is left out; so are entries that begin with [`DIGEST_OF`].
 pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'a String)>) -> String {
     let mut words = vec![format!("standstill {name} scenario.toml")];
     for (option, values) in options.into_iter().filter(|(option, _)| !option.starts_with(DIGEST_OF)) {
@@ -75,18 +76,18 @@ pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'
     words.join(" ")
 }
 
-/// Fills in a template: the value of each name that stands between two `§`.
+/// Fills in a template: replaces each name between two `§` by its value.
 pub fn filled(template: &str, values: &[(&str, String)]) -> String {
     let value = |name: &str| values.iter().find(|(known, _)| *known == name).map_or("", |(_, value)| value);
     template.split('§').enumerate().map(|(k, part)| if k % 2 == 0 { part } else { value(part) }).collect()
 }
 
-/// Joins a message of several lines into one, drops the parser's advice at its end, and makes control characters visible: a
-/// message quotes what stands in files, which must not drive a terminal.
+/// Joins a message of several lines into one, drops the usage that the parser appends, and escapes control characters:
+/// a message quotes the content of files, which must not control the terminal.
 pub fn one_line(message: &str) -> String {
     let body = message.split("\n\nUsage:").next().unwrap_or(message);
     let body = body.split("\n\nFor more information").next().unwrap_or(body);
-    // The parser's advice stands in a paragraph of its own.
+    // The parser's tip is a paragraph of its own.
     let body = body.replace("\n\n  tip:", "; tip:");
     let words: Vec<&str> = body.split_whitespace().collect();
     let line = words.join(" ");

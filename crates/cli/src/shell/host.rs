@@ -49,8 +49,8 @@ pub struct Host {
     pub files: bool,
     /// Whether progress is shown on a terminal.
     pub bars: bool,
-    /// Detector of all scenarios, in place of their methods: its class as the record of a run has it
-    /// (`module.Class@digest`), and the maker of its objects.
+    /// Detector of all scenarios, in place of their methods: its class as it is recorded with a run
+    /// (`module.Class@digest`), and the function that makes its objects.
     pub detector: Option<(String, Arc<dyn Provider>)>,
     stop: Arc<AtomicBool>,
     bar: Mutex<Option<ProgressBar>>,

@@ -1,4 +1,4 @@
-//! Handling of Ctrl-C: the present block of trials is finished, and its results are kept.
+//! Handling of Ctrl-C: the present block of trials is finished, and all results so far are kept.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -29,7 +29,7 @@ pub fn flag() -> Arc<AtomicBool> {
 pub fn at_once() {
     handle(|| {
         output::abandon();
-        // Not among what the command prints, which may be a script.
+        // On standard error: standard output may be a script.
         tell("Interrupted.");
         true
     });
@@ -52,7 +52,7 @@ pub fn then(act: impl Fn() + Send + 'static) {
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const PATIENCE: std::time::Duration = std::time::Duration::from_secs(1);
 
-/// Ends the process if a library does not return from a call, because the flag cannot end such work.
+/// Ends the process if a library does not return from a call: such a call does not check the flag.
 fn end_if_hanging() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     std::thread::spawn(|| {
@@ -67,11 +67,11 @@ fn end_if_hanging() {
 }
 
 fn handle(ends: impl Fn() -> bool + Send + 'static) {
-    // Interrupts are its own.
+    // A host program handles its interrupts itself.
     if host::current().is_some() {
         return;
     }
-    // Without a handler an interrupt ends the process at once, which loses no finished file either.
+    // If no handler can be set, an interrupt ends the process at once, which loses no finished file either.
     let _ = ctrlc::set_handler(move || {
         if ends() {
             output::abandon();

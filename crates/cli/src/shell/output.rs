@@ -1,8 +1,8 @@
-//! The folder of results, which contains all files complete or none.
+//! The folder of results. A command's files appear in it all complete, or none of them does.
 //!
-//! Files are written into a hidden folder inside the target and renamed into place when all are complete, so that a
-//! failure leaves the previous contents unchanged. The note of their question goes first: a process that is killed between
-//! two renames leaves files that the same question may replace.
+//! The files are written into a hidden folder inside the target and renamed into place when all are complete, so that a
+//! failure leaves the previous contents unchanged. The note of their question is renamed first: if a process is killed
+//! between two renames, the same question may replace the files that it left.
 
 mod single;
 
@@ -24,7 +24,7 @@ use crate::shell::locked;
 /// Prefix of the names of hidden folders for unfinished files; the id of their process follows.
 const PREFIX: &str = ".standstill-";
 
-/// Number of times that an interrupt tries to remove a folder while another thread is filling it.
+/// Number of attempts of an interrupt to remove a folder while another thread is still filling it.
 const AGAIN: u32 = 100;
 
 /// The folders that an interrupt removes.
@@ -35,15 +35,15 @@ static UNFINISHED: Mutex<Option<Unfinished>> = Mutex::new(None);
 struct Unfinished {
     staging: PathBuf,
     target: PathBuf,
-    /// Topmost folder that was created.
+    /// Topmost folder that this command created.
     made: Option<PathBuf>,
 }
 
 impl Unfinished {
     fn remove(&self) {
-        // An empty one goes without opening it: all files that the process may open may be open.
+        // `remove_dir` comes first because it needs no free file descriptor, unlike `remove_dir_all`.
         let _ = fs::remove_dir(&self.staging).or_else(|_| fs::remove_dir_all(&self.staging));
-        // Only what was made here and is empty: whatever somebody else put there stays.
+        // Removes only folders that were created here and are empty: files of others stay.
         let Some(made) = &self.made else { return };
         for folder in self.target.ancestors().take_while(|folder| folder.starts_with(made)) {
             if fs::remove_dir(folder).is_err() {
@@ -56,7 +56,7 @@ impl Unfinished {
 /// Removes unfinished files, before the process ends.
 pub fn abandon() {
     if let Some(unfinished) = locked(&UNFINISHED).take() {
-        // Another thread may be making files in it meanwhile.
+        // Another thread may be creating files in the folder meanwhile.
         for _ in 0..AGAIN {
             unfinished.remove();
             if !unfinished.staging.exists() {
@@ -86,7 +86,7 @@ impl Output {
 
     /// Creates the folder if it is missing, and checks that files with these names can be written into it.
     pub fn create(target: &Path, names: &[&str]) -> Result<Self, Error> {
-        // The nearest thing that exists must be a folder: whatever is made below it can be removed again.
+        // The nearest existing ancestor must be a folder: all folders created below it can be removed again.
         let nearest = target.ancestors().find(|path| path.symlink_metadata().is_ok());
         if let Some(nearest) = nearest
             && !nearest.is_dir()
@@ -133,7 +133,7 @@ impl Output {
         Ok(BufWriter::new(file))
     }
 
-    /// Closes a file and synchronises it with the disk, because a full disk shows only then.
+    /// Closes a file and synchronises it with the disk, because a full disk may become apparent only then.
     pub fn close(&self, name: &str, mut file: BufWriter<File>) -> Result<(), Error> {
         let synced = file.flush().and_then(|()| file.get_ref().sync_all());
         synced.map_err(Error::writing(&self.target.join(name)))
@@ -165,7 +165,7 @@ impl Output {
 
     /// Moves all files into place. Returns their names.
     pub fn finish(mut self) -> Result<Vec<String>, Error> {
-        // One process after the other, until this function returns.
+        // Holds the folder's lock until this function returns, so that processes take turns.
         let _turn = turn(&self.target);
         if let Some(asked) = self.asked.take() {
             let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
@@ -179,24 +179,24 @@ impl Output {
         self.place()
     }
 
-    /// Renames all files, in the order in which they were begun.
+    /// Renames all files into place, in the order in which they were begun. Returns their names without the note's.
     fn place(mut self) -> Result<Vec<String>, Error> {
         for name in &self.names {
             let path = self.target.join(name);
             fs::rename(self.staged(name), &path).map_err(Error::writing(&path))?;
         }
-        // So that a power cut finds the files under their names. Not every system can do that for a folder.
+        // After a power cut, too, the files have their names. Not every system can synchronise a folder.
         let _ = File::open(&self.target).and_then(|folder| folder.sync_all());
         let names = std::mem::take(&mut self.names);
         Ok(names.into_iter().filter(|name| name != NOTE).collect())
     }
 }
 
-/// Longest wait for another process that moves its files into a folder; that takes milliseconds.
+/// Longest wait for another process that is moving its files into a folder, which takes milliseconds.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Returns a folder, taken for this process until the value is dropped; none where the system locks no folders, and where somebody holds
-/// this one for longer than [`PATIENCE`]: whoever starts this program under a lock of the folder (`flock`) waits for its end.
+/// Locks a folder for this process until the value is dropped. Returns none if the system cannot lock folders, or if
+/// another process holds the lock for longer than [`PATIENCE`], such as one that runs this program under `flock`.
 pub fn turn(folder: &Path) -> Option<File> {
     let folder = File::open(folder).ok()?;
     let begun = Instant::now();
@@ -219,7 +219,8 @@ impl Drop for Output {
     }
 }
 
-/// Returns the begin of the names of this process' unfinished files and folders. [`remove_stale`] removes them once the process is gone.
+/// Returns the prefix of the names of this process's unfinished files and folders. [`remove_stale`] removes them once
+/// the process has ended.
 pub fn unfinished_prefix() -> String {
     format!("{PREFIX}{}-", std::process::id())
 }
@@ -230,7 +231,7 @@ fn staging(target: &Path) -> std::io::Result<PathBuf> {
     loop {
         let path = target.join(format!("{}{number}", unfinished_prefix()));
         match fs::create_dir(&path) {
-            // Another thread has it, or a process of this number on another machine.
+            // The name is in use by another thread, or by a process with the same number on another machine.
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => number += 1,
             made => return made.map(|()| path),
         }
@@ -253,7 +254,7 @@ pub fn remove_stale(folder: &Path) {
         let name = entry.file_name();
         let process =
             name.to_str().and_then(|name| name.strip_prefix(PREFIX)?.split('-').next()?.parse::<u32>().ok());
-        // Without /proc nobody can tell; then they stay.
+        // Without /proc the state of the process is unknown: its files stay.
         let dead = process.is_some_and(|id| {
             Path::new("/proc/self").exists() && !Path::new(&format!("/proc/{id}")).exists()
         });

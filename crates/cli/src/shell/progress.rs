@@ -19,7 +19,7 @@ const EVERY: Duration = Duration::from_secs(10);
 /// Makes a progress bar for this many trials, on standard error; 0 if their number is not known.
 pub fn bar(trials: u64) -> ProgressBar {
     let rate = |state: &ProgressState, to: &mut dyn std::fmt::Write| {
-        // A bar that cannot be written is no reason to stop.
+        // The bar is decoration: a failure to write it is ignored.
         let _ = write!(to, "{:.0}", state.per_sec());
     };
     let (bar, template) = if trials == 0 {
@@ -41,8 +41,8 @@ fn new(length: u64, what: &'static str) -> ProgressBar {
     watched(ProgressBar::new(length), what)
 }
 
-/// Registers a progress bar with the host, or prints its state as lines if there is no terminal. Nothing of the bar
-/// stays on the terminal, even if the work ends by an interrupt or an error.
+/// Registers a progress bar with the host; without a host and without a terminal, prints its state as lines. The bar
+/// vanishes from the terminal when the work ends, also by an interrupt or an error.
 fn watched(bar: ProgressBar, what: &'static str) -> ProgressBar {
     let bar = bar.with_finish(ProgressFinish::AndClear);
     if let Some(host) = host::current() {
@@ -82,23 +82,23 @@ fn line(bar: &ProgressBar, what: &str) -> String {
     if message.is_empty() { line } else { line + ", " + &message }
 }
 
-/// Observer of an analysis's trials, which shows them on a bar and can end them by a flag.
+/// Observer of an analysis: shows its trials on a bar, and can end it by a flag.
 pub struct Watched {
     pub bar: ProgressBar,
     stop: Arc<AtomicBool>,
-    /// Notes of a question, from which it can be resumed.
+    /// Intermediate results of a question, from which `--resume` continues.
     notes: Option<Mutex<Notes>>,
-    /// Whether it was said that something could not be noted.
+    /// Whether the message has been printed that an intermediate result could not be stored.
     said: AtomicBool,
 }
 
 impl Watched {
-    /// Makes an observer with a bar for about this many trials (0 if their number is not known) and an interrupt flag.
+    /// Makes an observer with an interrupt flag and a bar for about this many trials; 0 if their number is not known.
     pub fn new(trials: u64) -> Self {
         Self { bar: bar(trials), stop: interrupt::flag(), notes: None, said: AtomicBool::new(false) }
     }
 
-    /// Makes an observer as [`Watched::new`] does, with notes.
+    /// Makes an observer as [`Watched::new`] does, which also stores intermediate results in `notes`.
     pub fn noting(trials: u64, notes: Option<Notes>) -> Self {
         Self { notes: notes.map(Mutex::new), ..Self::new(trials) }
     }
@@ -108,7 +108,7 @@ impl Watched {
         &self.stop
     }
 
-    /// Returns whether an interrupted question can continue from its notes.
+    /// Returns whether an interrupted question can continue from its stored intermediate results.
     pub fn has_notes(&self) -> bool {
         self.notes.as_ref().is_some_and(|notes| locked(notes).is_begun())
     }
@@ -121,7 +121,7 @@ impl Watch for Watched {
 
     fn did(&self, trials: u64) {
         self.bar.inc(trials);
-        // An estimate is no promise.
+        // The number of trials was an estimate: a longer run extends the bar.
         if self.bar.length().is_some_and(|length| self.bar.position() > length) {
             self.bar.set_length(self.bar.position());
         }
@@ -132,7 +132,8 @@ impl Watch for Watched {
     }
 
     fn keep(&self, key: &str, bytes: &[u8]) {
-        // What cannot be noted costs the time to compute it again, not the answer.
+        // An intermediate result that cannot be stored would have to be computed again after an interrupt; the answer
+        // is the same.
         if let Some(Err(error)) = self.notes.as_ref().map(|notes| locked(notes).add(key, bytes))
             && !self.said.swap(true, Ordering::Relaxed)
         {

@@ -10,12 +10,12 @@ use standstill_scenario::{Document, FileError, Key, Plan, Point, ScenarioFile, V
 
 use crate::shell::values::each_once;
 
-/// Returns motor, method and conditions of a scenario as one line, without the keys of its sweep axes.
+/// Returns motor, method and conditions of a scenario as one line, without those that its sweep axes vary.
 pub fn setting(file: &ScenarioFile) -> String {
     conditions(file, |key| file.axes.contains_key(key))
 }
 
-/// Returns motor, method and conditions of a scenario as one line, without the keys that are varied.
+/// Returns motor, method and conditions of a scenario as one line, without those whose keys are varied.
 pub fn conditions(file: &ScenarioFile, is_varied: impl Fn(&str) -> bool) -> String {
     let fixed = |key: &str, text: String| (!is_varied(key)).then_some(text);
     let parts = [
@@ -37,7 +37,7 @@ pub struct Setup<'a> {
     pub files: &'a BTreeMap<String, String>,
     /// The only folder whose files the scenario may read; none: no restriction.
     pub fence: Option<&'a Path>,
-    /// Keys with several values.
+    /// Keys that are varied, whose values are shown as `varied`.
     pub varied: Vec<String>,
     /// Texts of the scenario with other values of the varied keys, if these are not its sweep axes.
     pub others: Vec<&'a str>,
@@ -101,7 +101,7 @@ impl<'a> Setup<'a> {
         });
         let (sheet, plans) = match found {
             Ok(found) => found,
-            // A motor's own file may be elsewhere, or another by now.
+            // A data sheet of the user's may be elsewhere, or changed by now.
             Err(error) => {
                 return vec![Block::Text(format!(
                     "Not shown, because the scenario's files are not here: {error}"
@@ -190,7 +190,7 @@ fn together(all: impl Iterator<Item = Vec<(String, String)>>) -> Vec<(String, St
         }
     }
     let one = |(key, mut values): (String, Vec<String>)| {
-        // Such as bits, where one of them has no converter.
+        // One scenario may lack a value that others have, such as the bits of a converter.
         if values.len() < scenarios {
             values.push("none".to_owned());
         }
@@ -235,7 +235,8 @@ mod tests {
         assert_eq!(together(many), facts(&[("noise", "varied")]));
     }
 
-    /// The fault was: of 512 points every second was looked at, which all had the first of two sets of errors.
+    /// Regression: of 512 points only every second one was compared, and all of those had the first of two sets of
+    /// errors.
     #[test]
     fn regress_what_the_fastest_axis_of_a_large_sweep_changes_shows() {
         let list =

@@ -1,5 +1,5 @@
-//! Tables that fit the terminal's width. Prose is wrapped first; then brackets and less important columns are left out;
-//! at last rows are stacked.
+//! Tables that fit the terminal's width. If a table is too wide, prose is wrapped first; then brackets and less
+//! important columns are left out; at last each row is printed as a list of its cells.
 
 use std::fmt::Write as _;
 
@@ -37,7 +37,7 @@ impl Print for Table {
             sentence = if under.is_empty() { under } else { paragraph("", &under) };
         }
         if table.headed {
-            // The first cell stands where it is another one than in the row before.
+            // The first cell is printed only where it differs from that of the row before.
             for k in (1..table.rows.len()).rev() {
                 if table.rows[k].1[0] == table.rows[k - 1].1[0] {
                     table.rows[k].1[0].clear();
@@ -48,7 +48,7 @@ impl Print for Table {
     }
 }
 
-/// A table being laid out; its columns and brackets are left out one after the other.
+/// A table being laid out: its brackets and columns are left out step by step until it fits.
 #[derive(Clone)]
 struct Layouter(Table);
 
@@ -72,7 +72,7 @@ impl Layouter {
             };
             match (by(|column| column.bracket), by(|column| column.rank)) {
                 (Some((bracket, _)), rank) if rank.is_none_or(|(rank, _)| bracket >= rank) => {
-                    // Those of one rank go together.
+                    // Brackets of one rank are left out together.
                     let alike = |place: &usize| table.0.columns[*place].bracket == bracket;
                     let alike: Vec<usize> = shown.iter().copied().filter(alike).collect();
                     for place in alike {
@@ -90,7 +90,7 @@ impl Layouter {
         }
     }
 
-    /// Removes the brackets of a column.
+    /// Removes the text in brackets from the cells of a column.
     fn cut(&mut self, place: usize) {
         self.0.columns[place].bracket = 0;
         for (_, row) in &mut self.0.rows {
@@ -125,7 +125,7 @@ impl Layouter {
         self.0.rows.iter().map(|(_, row)| measure_text_width(&row[place])).max().unwrap_or_default()
     }
 
-    /// Returns the smallest possible widths of these columns.
+    /// Returns the smallest width that each of these columns can have.
     fn least(&self, places: &[usize]) -> Vec<usize> {
         let least = |place: &usize| {
             let column = &self.0.columns[*place];
@@ -136,13 +136,13 @@ impl Layouter {
         places.iter().map(least).collect()
     }
 
-    /// Returns column widths with which these columns fit; none if they do not fit.
+    /// Returns the width of each of these columns so that all fit into `width`; none if they do not fit.
     fn layout(&self, places: &[usize], width: usize) -> Option<Layout> {
         let mut widths = self.least(places);
         let room =
             |widths: &[usize]| width.checked_sub(widths.iter().map(|width| width + AROUND).sum::<usize>());
         let mut left = room(&widths)?;
-        // What is left over goes to prose, then to titles that were broken.
+        // Width that is left over goes to prose, then to titles that were wrapped.
         let natural =
             |place: usize| self.widest(place).max(measure_text_width(&self.0.columns[place].title()));
         let prose = |k: &usize| self.0.columns[places[*k]].kind == Kind::Prose;
@@ -194,7 +194,7 @@ impl Layouter {
         text
     }
 
-    /// Appends cells with several lines side by side; titles are aligned at the bottom.
+    /// Appends a row whose cells may have several lines, side by side.
     fn lines(
         &self,
         text: &mut String,
@@ -220,7 +220,7 @@ impl Layouter {
     fn stacked(&self, width: usize, colours: bool) -> String {
         let titles =
             self.0.columns.iter().map(|column| measure_text_width(&column.title())).max().unwrap_or_default();
-        // Long titles leave half of the room to their cells.
+        // Titles take at most half of the width.
         let titles = titles.min(width / 2);
         let mut blocks = Vec::new();
         for (tone, row) in &self.0.rows {

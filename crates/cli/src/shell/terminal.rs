@@ -40,7 +40,7 @@ pub fn colours() -> bool {
     host::current().is_none() && console::colors_enabled()
 }
 
-/// Returns a word in the colour of its tone, if colours are used. The word itself has the full meaning.
+/// Returns a word in the colour of its tone, if colours are used. The colour only repeats the meaning of the word.
 pub fn painted(tone: Tone, word: &str) -> String {
     paint(tone, word, colours())
 }
@@ -66,7 +66,8 @@ pub fn print(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Writes to standard output. If a library was loaded, which may itself print, writes to a copy of it made before.
+/// Writes to standard output; once a detector library is loaded, whose own prints are kept apart, to a copy of standard
+/// output made before.
 pub fn write(text: &str) -> std::io::Result<()> {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     if let Some(mut output) = standstill_foreign::output() {
@@ -118,8 +119,8 @@ pub fn paragraph(first: &str, text: &str) -> String {
     filled
 }
 
-/// Wraps a command's text for a person: on a terminal to its width, or to `COLUMNS` if that is set. In a pipe lines
-/// stay unwrapped, for programs that search them.
+/// Wraps a command's text for reading: on a terminal to its width, or to `COLUMNS` if that is set. In a pipe, lines
+/// stay unwrapped for programs that search them.
 pub fn for_reading(text: String) -> String {
     if Term::stdout().is_term() || std::env::var_os("COLUMNS").is_some() {
         folded(&text, width())

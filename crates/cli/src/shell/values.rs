@@ -51,7 +51,8 @@ pub fn each_once<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     })
 }
 
-/// Returns a sentence for each setting on the methods that were left out because they do not have it; pairs of method and setting.
+/// Returns a sentence for each setting that some methods lack, naming those methods, which were left out; `left_out`:
+/// pairs of method and setting.
 pub fn without_setting<'a>(left_out: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
     let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
     for (method, setting) in left_out {
@@ -87,8 +88,9 @@ pub fn shown(key: &str, value: f64) -> String {
     listed(&[value], &file::unit(key).unwrap_or_default()).trim_end().to_owned()
 }
 
-/// Formats a key's value with its interval in a suitable unit. It has at most two significant digits of half the
-/// interval's width, or of the distance to the one closed end; whole numbers have all digits.
+/// Formats a key's value with its interval in a suitable unit, with at most two significant digits of half the
+/// interval's width (of the distance to the closed end, if the other is open). Whole numbers keep all digits. `whole`:
+/// whether the key has whole numbers.
 pub fn shown_interval((key, whole): (&str, bool), value: f64, interval: [Option<f64>; 2]) -> String {
     let scale = scale_of_key(key, value.abs());
     let number = |x: f64| scale.number(x);
@@ -101,7 +103,7 @@ pub fn shown_interval((key, whole): (&str, bool), value: f64, interval: [Option<
             let apart = (end - value).abs();
             decimals_of([value, value - apart, value + apart])
         }
-        // Three digits.
+        // Without an interval: three digits.
         _ => decimals_of([value, 0.95 * value, 1.05 * value]),
     };
     let gap = if scale.unit.is_empty() || scale.unit == "°" { "" } else { " " };
@@ -115,7 +117,7 @@ pub fn percent(share: f64) -> String {
     format!("{} %", standstill_quantity::listed(&[100.0 * share], "").trim_end())
 }
 
-/// Returns the unit in which values of a key are shown.
+/// Returns the unit in which values of a key are shown; `largest`: the largest of them, in SI units.
 pub fn scale_of_key(key: &str, largest: f64) -> Scale {
     if file::is_share(key) {
         Scale::percent()
@@ -124,7 +126,7 @@ pub fn scale_of_key(key: &str, largest: f64) -> Scale {
     }
 }
 
-/// Returns the unit in which a measure is shown.
+/// Returns the unit in which a measure is shown; `largest`: its largest value.
 pub fn scale(measure: Measure, largest: f64) -> Scale {
     measure.unit().map_or_else(Scale::percent, |unit| Scale::suiting(unit, largest))
 }
@@ -134,14 +136,14 @@ pub fn probability(value: f64) -> String {
     probability_to(value, i32::MIN)
 }
 
-/// Formats a probability without digits below this power of ten.
+/// Formats a probability without digits below 10 to the power of `last`.
 fn probability_to(value: f64, last: i32) -> String {
     let digits =
         |most: i32, first: i32| usize::try_from(first.saturating_sub(last).clamp(0, most)).unwrap_or(0);
     match magnitude(value) {
         None => "0".to_owned(),
         Some(first) if first < -3 => format!("{value:.*e}", digits(2, first)),
-        // What is not zero is not shown as zero.
+        // A probability that is not zero is never shown as zero.
         Some(first) => {
             let least = usize::try_from(-first).unwrap_or(0);
             format!("{value:.*}", digits(4, 0).max(least))
@@ -157,7 +159,8 @@ pub fn probability_interval(estimate: &Estimate) -> String {
     format!("{value} [{low}, {high}]")
 }
 
-/// Formats the range of several shares, each with its number of starts; shares that are not finite are left out.
+/// Formats the range of several shares in per cent; `shares`: pairs of share and number of starts. Shares that are not
+/// finite are left out; none if none is left.
 pub fn range(shares: impl Iterator<Item = (f64, u64)>) -> Option<String> {
     let known: Vec<(f64, u64)> = shares.filter(|(share, _)| share.is_finite()).collect();
     let low = known.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -28,8 +28,8 @@ fn column(axis: &Shown, points: &[PointSummary]) -> Column {
 pub fn table(points: &[PointSummary], open: bool) -> Table {
     let shown = Shown::of(points);
     let number = |title: &str, rank: u8| Column::number(title).rank(rank);
-    // What did not happen at any point goes early: `right %` alone says as much. What did keeps its column, without its share if
-    // need be.
+    // Counts that are zero at all points are left out early: `right %` alone says as much. Other counts keep their
+    // column, without the share in brackets if room is short.
     let count = |title: &str, rank: u8, of: fn(&Summary) -> u64| {
         let none = points.iter().all(|point| of(&point.summary) == 0);
         number(title, if none { rank } else { 0 }).bracket(5)
@@ -77,8 +77,8 @@ pub fn table(points: &[PointSummary], open: bool) -> Table {
     table.excerpt(order, sentence)
 }
 
-/// Makes the table of reasons of starts without an answer. A sweep has them for each point, because its points were
-/// chosen by the user.
+/// Makes the table of reasons of starts without an answer; for a sweep with the reasons at each point, because its
+/// points were chosen by the user.
 pub fn reasons(summary: &SummaryFile) -> Table {
     let points = &summary.points;
     let shown = Shown::of(points);
@@ -131,7 +131,7 @@ mod tests {
                 assert!(table.contains(cell), "{width}: {cell} in\n{text}");
             }
         }
-        // What happened at none goes first.
+        // Columns of counts that are zero at all points are left out first.
         let none = [point(0.2, "default", 0, 0, 0), point(0.4, "harsh", 0, 0, 1024)];
         let text = super::table(&none, false).within(80, false);
         assert!(

@@ -4,7 +4,7 @@ use standstill_sim::{Purpose, Streams};
 
 use super::*;
 
-/// A run that ended so, and knows its probability to a tenth.
+/// A run with this end and probability, whose own estimate of its coefficient of variation is 0.1.
 fn run(probability: f64, end: End) -> Run {
     Run {
         probability,
@@ -54,7 +54,7 @@ fn analytic_an_event_that_no_run_reached_lies_within_the_levels_at_which_they_ga
     let [Alarm::TooRare { level, at_most }] = odds.alarms[..] else { panic!("{:?}", odds.alarms) };
     let factor = (12.706_2 * 2.0_f64.sqrt() / 2.0 / 2.0_f64.sqrt()).exp();
     assert!(level == 3e-16 && (at_most / (2e-16 * factor) - 1.0).abs() < 1e-4, "{at_most}");
-    // Without an assumption plain trials alone carry: none in 8,000.
+    // Without further assumptions only the plain trials bound the probability: no hit in 8,000.
     assert!((odds.probability.high / 4.610e-4 - 1.0).abs() < 1e-3, "{:?}", odds.probability);
 }
 
@@ -71,16 +71,16 @@ fn law_an_alarm_widens_the_interval() {
     // Runs that agree keep their interval.
     let (before, after, widened) = told(&[1.0e-6, 1.1e-6, 0.9e-6, 1.05e-6, 0.95e-6, 1.0e-6, 1.1e-6, 0.9e-6]);
     assert!(before == after && !widened);
-    // One of eight found a part ten times as likely: it may be there in all.
+    // One of eight runs found a part ten times as likely: the others may have missed that part.
     let (before, after, widened) = told(&[1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-5]);
     assert!(
         widened && after.high >= 1.2e-5 && after.low <= 1e-6 / 1.2 && after.high > before.high,
         "{after:?}"
     );
-    // One that did not reach the event says nothing of how rare it may be.
+    // A run that did not reach the event sets no lower limit.
     let (_, after, widened) = told(&[1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 0.0]);
     assert!(widened && after.low == 0.0, "{after:?}");
-    // Failures that nothing leads to may be as many as plain trials allow: none in 4,000 twice.
+    // Failures that no margin announces may be as probable as plain trials allow: no hit in 4,000, twice.
     let mut odds = Odds::of_runs(&settings, vec![run(1e-6, End::Reached), run(1.1e-6, End::Reached)]);
     odds.alarms = vec![Alarm::Unled(0.5)];
     odds.doubt();
@@ -100,8 +100,8 @@ fn law_a_part_that_nothing_leads_to_is_told_and_a_large_one_is_an_alarm() {
     assert_eq!(of(0.5), (vec![Alarm::Unled(0.5)], Vec::new()));
 }
 
-/// Eight runs of which each expects to err by a tenth. That they agree to a hundredth is chance; that they scatter by less than twice
-/// what they expect is none, for levels have more in common than a run counts.
+/// Eight runs, each with an estimated coefficient of variation of 0.1. An agreement to 0.01 is chance, and widened; a
+/// scatter of less than twice the estimate raises no alarm, because levels of one run are correlated.
 #[test]
 fn analytic_runs_that_agree_by_chance_have_the_interval_that_they_expect_of_themselves() {
     let of = |spread: f64| {
@@ -133,7 +133,7 @@ fn law_a_run_that_is_kept_goes_on_as_it_was() {
     let bytes = postcard::to_stdvec(&run).expect("bytes");
     let again: Run = postcard::from_bytes(&bytes).expect("a run");
     assert_eq!(again, run);
-    // Draws beyond the end of a tape are those of its own number.
+    // Draws beyond the end of a tape come from the tape's own random stream.
     let next = |tape: &Tape| Streams::taped(tape).open(Purpose::Resolver).normal();
     assert_eq!(
         again.failures.iter().map(next).collect::<Vec<_>>(),

@@ -15,7 +15,7 @@ pub(super) struct Level<'a> {
     number: u32,
     threshold: f64,
     widths: &'a Widths,
-    /// Of the seeds with odd and with even numbers, for the chains of the others.
+    /// Spreads among the seeds with odd numbers, for even chains, and among those with even numbers, for odd chains.
     spreads: [Spread; 2],
 }
 
@@ -36,19 +36,20 @@ impl<'a> Level<'a> {
         Self { settings, run, number, threshold, widths, spreads }
     }
 
-    /// Returns the spread by which the steps of this chain are measured, that of the half without its seed.
+    /// Returns the spread that scales the steps of this chain: that of the half of the seeds without the chain's own.
     fn spread_for(&self, chain: usize) -> &Spread {
         &self.spreads[chain % 2]
     }
 
-    /// Walks a chain from each seed; returns all states, with the seeds.
+    /// Walks a chain from each seed. Returns all states of the level, including the seeds.
     pub fn walk<S: System>(
         &self,
         system: &S,
         seeds: Vec<State>,
         watch: &dyn Watch,
     ) -> Result<(Population, Work), Halt<S::Error>> {
-        // Two parts for each thread, and enough in each to fill the lanes of a simulation. What they are does not show.
+        // Two parts for each thread, each large enough to fill the lanes of a simulation. The result does not depend on
+        // the parts.
         let part = seeds.len().div_ceil(2 * rayon::current_num_threads()).max(16);
         let mut parts: Vec<(usize, Vec<State>)> = Vec::new();
         for (chain, seed) in seeds.into_iter().enumerate() {
@@ -96,7 +97,7 @@ impl<'a> Level<'a> {
                     let mut moved = false;
                     for (place, (state, tape)) in states.iter_mut().zip(&mut tapes).enumerate() {
                         copy(&mut state.tape, tape);
-                        // What it needs beyond its end is new.
+                        // Draws that the trial reads beyond the tape's end are new.
                         tape.grow_from(seed, key(place, 3 * position + turn));
                         moved |= propose(
                             tape,
@@ -106,7 +107,7 @@ impl<'a> Level<'a> {
                             &mut moves[place],
                         );
                     }
-                    // A trial without noise has no such draws.
+                    // Without draws of this kind, as in a trial without noise, the state is unchanged.
                     if moved {
                         self.step(system, &mut states, &mut tapes, kind, &mut work)?;
                         watch.did(tapes.len() as u64);

@@ -2,11 +2,11 @@
 
 use standstill_sim::{Draws, Purpose, Strip, Tape};
 
-/// Draws that a move changes.
+/// Kind of a move: the draws that it changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     All,
-    /// Draws that a specimen of motor and drive keeps, and its angle.
+    /// Draws of the specimen, which are constant during a start, and of the rotor's angle.
     Specimen,
     /// Draws of each sample.
     Samples,
@@ -46,7 +46,7 @@ pub(super) struct Work {
     pub taken: [u64; 3],
 }
 
-/// Step length of each kind of move.
+/// Step length s of each kind of move, in the order of [`Kind`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Widths([f64; 3]);
 
@@ -59,7 +59,8 @@ impl Default for Widths {
 impl Widths {
     /// Adapts the step lengths after a level: longer if more than 44 % of the moves were accepted, shorter if fewer were.
     pub fn learn(&mut self, work: &Work) {
-        /// Best acceptance rate for moves of one draw (Roberts and Rosenthal 2001); for moves of many draws the optimum is flat.
+        /// Best acceptance rate for moves of one draw (Roberts and Rosenthal 2001); for moves of many draws the optimum
+        /// is broad.
         const BEST: f64 = 0.44;
         /// Gain of the adaptation: an acceptance rate a tenth higher makes the steps a fifth longer.
         const PACE: f64 = 2.0;
@@ -72,7 +73,7 @@ impl Widths {
     }
 }
 
-/// Spread of each draw of the specimen among seeds, strip by strip.
+/// Standard deviation of each draw of the specimen among the seeds, by the draw's strip (purpose and name).
 #[derive(Debug, PartialEq)]
 pub(super) struct Spread(Vec<(Purpose, String, Vec<f64>)>);
 
@@ -118,25 +119,26 @@ impl Spread {
     }
 }
 
-/// Least number of seeds that say anything of a draw's spread.
+/// Least number of seeds from which a draw's spread is estimated.
 const FEWEST: f64 = 10.0;
 
-/// Draws the variances' logarithms towards their mean, by as much as their differences are chance.
+/// Shrinks the logarithms of the draws' variances towards their mean, by the share of their differences that is chance.
 ///
-/// Steps by the seeds' own spread favour the seeds that are far out: a bias of the order of draws/seeds, a tenth for 100 draws that 100
-/// seeds spread alike, and of 3 % by the spread of the other half, which has relatives of them. Draws whose spreads differ by chance alone
-/// have one common spread then, which hardly depends on any seed.
+/// Steps in proportion to the seeds' own spread favour seeds far from the mean: the bias is of the order of
+/// draws/seeds, a tenth for 100 draws of equal spread with 100 seeds; with the spread of the other half of the seeds,
+/// which has common ancestors with them, it is 3 %. After shrinking, draws whose spreads differ only by chance have one
+/// common spread, which hardly depends on any single seed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Shrinking {
     mean: f64,
-    /// Share of the differences between the variances that chance does not explain.
+    /// Share of the variances' differences that chance does not explain, and that is kept.
     kept: f64,
 }
 
 impl Shrinking {
-    /// The shrinking of variances, each of so many seeds.
+    /// Makes the shrinking from pairs of a variance and its number of seeds.
     fn of(variances: impl Iterator<Item = (f64, f64)>) -> Self {
-        /// Neighbours in a chain are alike: seeds count half.
+        /// Neighbours in a chain are correlated: each seed counts as half an independent one.
         const ALIKE: f64 = 2.0;
         let (mut count, mut sum, mut squares, mut chance) = (0.0, 0.0, 0.0, 0.0);
         for (variance, seeds) in variances {
@@ -144,7 +146,7 @@ impl Shrinking {
             count += 1.0;
             sum += log;
             squares += log * log;
-            // The variance of the logarithm of a normal sample's variance.
+            // Twice over n − 1 is the variance of the logarithm of a normal sample's variance.
             chance += ALIKE * 2.0 / (seeds - 1.0);
         }
         let mean = if count > 0.0 { sum / count } else { 0.0 };
@@ -162,7 +164,7 @@ fn is_of(strip: &Strip, purpose: Purpose, name: &str) -> bool {
     strip.purpose == purpose && strip.name == name
 }
 
-/// Proposes a move by changing a tape; returns true if the tape had a draw to change.
+/// Proposes a move by changing the tape's draws of this kind. Returns true if the tape has such draws.
 pub(super) fn propose(
     tape: &mut Tape,
     kind: Kind,
@@ -184,9 +186,9 @@ mod tests {
 
     #[test]
     fn analytic_spreads_that_differ_by_chance_alone_become_one() {
-        // Variances of 101 seeds, which count as 50: logarithms of a variance of 0.04.
+        // Variances of 101 seeds, which count as 50: their logarithms have a variance of 0.04.
         let of = |logs: &[f64]| Shrinking::of(logs.iter().map(|log| (standstill_numeric::exp(*log), 101.0)));
-        // ±0.2 of four: 4 × 0.04 found, 3 × 0.04 by chance.
+        // Four logarithms at ±0.2: a sum of squares of 4 × 0.04 found, 3 × 0.04 expected by chance.
         assert!((of(&[-1.2, -0.8, -1.2, -0.8]).kept - 0.25).abs() < 1e-9);
         let alike = of(&[-1.1, -0.9, -1.1, -0.9]);
         assert!(alike.kept == 0.0 && (standstill_numeric::ln(alike.of_variance(0.5)) + 1.0).abs() < 1e-9);

@@ -1,4 +1,4 @@
-//! States of one level: the values of all states, and the tapes of those that are needed further on.
+//! States of one level: the values of all states, and the tapes of those that are used further.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use standstill_numeric::whole;
 use standstill_sim::{Purpose, Streams, Tape};
 
-/// A state of a chain: the draws on its tape, and the value of the order parameter.
+/// A state of a chain: the tape with its draws, and the value of the order parameter.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     pub value: f64,
@@ -15,7 +15,7 @@ pub(super) struct State {
     pub ancestor: u32,
 }
 
-/// Rank of a state: by its value, among equal values by a random number.
+/// Rank of a state: by its value, and by a random number (`lot`) among equal values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Rank {
     value: f64,
@@ -36,8 +36,8 @@ impl Ord for Rank {
     }
 }
 
-/// Holds at most `room` states, those of highest rank. All draws of a level of a long method take gigabytes; a tenth of the
-/// states is kept.
+/// The `room` states of highest rank. The draws of all states of a level may take gigabytes; only a tenth of the states
+/// is kept.
 #[derive(Debug)]
 struct Best {
     room: usize,
@@ -79,9 +79,9 @@ pub(super) struct Population {
 /// Threshold between a level and the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Cut {
-    /// Values of at least this threshold are in the next level.
+    /// Least value of the states of the next level.
     pub threshold: f64,
-    /// Share of the states with such values.
+    /// Share of the states that have at least this value.
     pub share: f64,
     /// Square of the share's coefficient of variation.
     pub variance: f64,
@@ -122,16 +122,16 @@ impl Population {
         }
     }
 
-    /// Returns, for each of these shares of the states, the value that this share reaches or exceeds, with the exact share that
-    /// does.
+    /// Returns, for each of these shares of the states, the value that this share reaches or exceeds, and the exact
+    /// share of states that do.
     pub fn quantiles(&self, shares: impl Iterator<Item = f64>) -> Vec<(f64, f64)> {
         let mut all: Vec<f64> = self.values.values().flatten().copied().collect();
         all.sort_by(|a, b| b.total_cmp(a));
         let count = all.len() as f64;
         let at = |share: f64| {
-            // Of thousands of states.
+            // A level has thousands of states: the index is exact.
             let value = *all.get(whole::<usize>((share * count).ceil().max(1.0)) - 1)?;
-            // Of equal values all are there.
+            // All states of an equal value are included.
             let reached = all.partition_point(|other| other.total_cmp(&value).is_ge());
             value.is_finite().then_some((value, reached as f64 / count))
         };
@@ -165,9 +165,10 @@ impl Population {
         self.count(|value| value > 0.0)
     }
 
-    /// Returns the square of the coefficient of variation of a run that ends with this level, by descent: of `first` independent states
-    /// of the first level each has its number of descendants in the event, and the run's probability is in proportion to their mean.
-    /// Unlike the levels' own variances this counts that chains of later levels descend from the same states.
+    /// Returns the square of the coefficient of variation of a run that ends with this level, estimated by descent:
+    /// each of the `first` independent states of the first level has a number of descendants in the event, and the
+    /// run's probability is proportional to the mean of these numbers. Unlike the levels' own variances, this estimate
+    /// includes that chains of later levels descend from the same states.
     pub fn variance_by_descent(&self, first: u32) -> f64 {
         let (mut sum, mut squares) = (0.0, 0.0);
         for hits in self.hits_of.values().map(|hits| f64::from(*hits)) {
@@ -184,13 +185,14 @@ impl Population {
         first.is_finite() && first <= 0.0 && values.all(|value| *value == first)
     }
 
-    /// Returns the threshold of the next level, or that of the event at the last level. None if the values do not lead to the
-    /// event: more than half of the states are at the threshold or beyond it, or the threshold is −∞.
+    /// Returns the threshold of the next level, or that of the event if this level is the `last`. None if the values do
+    /// not lead to the event: more than half of the states have at least the threshold, or it is −∞.
     ///
-    /// The next level lies strictly beyond the state that sets it: that state, and those that are equal to it, are no seeds, and do not
-    /// count. E[(k − 1)/(n U)] = 1 for n independent starts, U the probability beyond the k-th, and the k − 1 are
-    /// draws of the level; k/n is too large by 1/(n U), and with the k-th among the seeds chains begin at the level's edge (Bréhier et al.
-    /// 2016, doi:10.1214/16-AAP1185). Where many states have the threshold's value (a quantity of few values), they are in the level.
+    /// The next level lies strictly beyond the k-th best state, which sets it: this state, and states equal to it, are
+    /// no seeds and do not count. For n independent states, with U the probability beyond the k-th, E[(k − 1)/(n U)] =
+    /// 1, and the k − 1 states are draws of the level. The estimate k/n is too large by 1/(n U), and with the k-th
+    /// state as a seed a chain would begin at the level's edge (Bréhier et al. 2016, doi:10.1214/16-AAP1185). If many
+    /// states have the threshold's value (a quantity with few values), the level includes them.
     pub fn cut(&self, last: bool) -> Option<Cut> {
         let total = self.count(|_| true);
         let threshold = if last {
@@ -209,7 +211,8 @@ impl Population {
         Some(Cut { threshold, share, variance })
     }
 
-    /// Returns the factor γ by which correlation within chains raises the variance, 1 + γ (Au and Beck 2001, equations 26 to 29).
+    /// Returns the factor γ: correlation within chains raises the variance by 1 + γ (Au and Beck 2001, equations 26 to
+    /// 29).
     fn correlation(&self, inside: impl Fn(f64) -> bool, share: f64) -> f64 {
         let length = self.values.values().map(Vec::len).max().unwrap_or(1);
         let at_rest = share * (1.0 - share);
@@ -229,15 +232,15 @@ impl Population {
         (1..length).map(lag).sum::<f64>().max(0.0)
     }
 
-    /// Returns the seeds of the next level. If more states share the threshold's value than there are places, seeds are drawn in
-    /// proportion from those above and those at the threshold.
+    /// Returns the seeds of the next level. If more states have the threshold's value than seeds are needed, seeds are
+    /// drawn at random, in proportion to the numbers of states above and at the threshold.
     pub fn into_seeds(self, cut: &Cut, keys: Streams) -> Vec<State> {
         let above = self.count(|value| value > cut.threshold);
         let at = self.count(|value| value >= cut.threshold) - above;
         let within = self.nearest.states.into_values().filter(|state| state.value >= cut.threshold);
         let (tied, mut seeds): (Vec<State>, Vec<State>) =
             within.partition(|state| state.value <= cut.threshold);
-        // A chain that stays where it is makes a few equal states: which of them go on does not matter.
+        // A chain that stays in place makes a few equal states, any of which may go on.
         if above + at <= self.seeds + self.seeds / 20 {
             seeds.extend(tied);
             return seeds;
@@ -282,18 +285,18 @@ mod tests {
         };
         let distinct = || (1..=100).map(|k| f64::from(k) - 1000.0);
         assert_eq!(seeds(distinct().collect()), (0.09, (92..=100).map(|k| f64::from(k) - 1000.0).collect()));
-        // A chain that stayed at the edge: none of its equal states counts.
+        // A chain stayed at the edge: none of its equal states counts.
         let stayed = distinct().map(|value| if (-911.0..=-907.0).contains(&value) { -909.0 } else { value });
         assert_eq!(seeds(stayed.collect()), (0.07, (94..=100).map(|k| f64::from(k) - 1000.0).collect()));
-        // A quantity of few values: thirty states at the edge, four beyond it, all of which are in the level.
+        // A quantity with few values: thirty states at the edge and four beyond it are all in the level.
         let few = (0..100).map(|k| [-3.0, -2.0, -1.0][usize::from(k >= 66) + usize::from(k >= 96)]);
         let (share, seeds) = seeds(few.collect());
         assert_eq!((share, seeds.len()), (0.34, 10));
         assert!(seeds.iter().all(|value| *value >= -2.0) && seeds.contains(&-2.0), "{seeds:?}");
-        // Where most have one value, those beyond it are a level if they are at least half as many as seeds.
+        // If most states have one value, those beyond it form a level if they are at least half as many as the seeds.
         let most = |equal| of_values(10, (0..100).map(|k| if k < equal { -1.5 } else { -1.0 })).cut(false);
         assert_eq!((most(93).map(|cut| cut.share), most(97)), (Some(0.07), None));
-        // Where nothing tells how near most are, no level leads on.
+        // If the distance from the event is unknown for most states, there is no next level.
         assert_eq!(
             of_values(10, (0..100).map(|k| if k < 93 { f64::NEG_INFINITY } else { -1.0 })).cut(false),
             None
@@ -302,7 +305,8 @@ mod tests {
 
     #[test]
     fn analytic_a_levels_share_is_that_of_all_starts_on_average() {
-        // Of 100 starts 9 lie beyond the tenth, of all starts U: E[0.09/U] = 1 with a deviation of 0.35, where 0.1/U has 1.11.
+        // Of 100 states 9 lie beyond the tenth, and U is the probability beyond it: E[0.09/U] = 1 with a deviation of
+        // 0.35, but E[0.1/U] = 1.11.
         let ratio = |k: u64| {
             let mut draws = Streams::new(k, 1).open(Purpose::Design);
             let cut = of_values(10, (0..100).map(|_| draws.uniform() - 1.0)).cut(false).expect("leads on");
@@ -328,7 +332,7 @@ mod tests {
             });
             Population::gathered(10, parts.collect())
         };
-        // Hits of a first level are independent: (1 − p)/(p (n − 1)) of 4 in 100.
+        // Hits of a first level are independent: (1 − p)/(p (n − 1)) for 4 of 100.
         let plain = level(&[3, 5, 7, 9]).variance_by_descent(100);
         assert!((plain / (0.96 / 0.04 / 99.0) - 1.0).abs() < 1e-12, "{plain}");
         // Three of four descend from one state: counts of 3, 1 and 98 zeros, with mean 0.04 and Σ x² = 10.

@@ -1,4 +1,4 @@
-//! What the rows of a trace say, and that they agree with one another.
+//! Tests of the rows of a trace: their values, and that the tables agree with one another.
 
 use std::path::Path;
 
@@ -29,7 +29,7 @@ fn law_phase_currents_sum_to_zero_and_only_conducting_legs_carry_any() {
         );
         let document = Document::parse(Path::new("scenario"), &text).expect("a scenario");
         let single = Plan::new(document).expect("a plan").single(0, 0).expect("a trial");
-        // The beginning: each method has switched by then.
+        // Each method switches within the first 12 ms.
         let case = Case { time_limit: Nanos::from_micros(12_000), ..single.case() };
         let mut trace = Trace::new(5e-6);
         run(&case, &mut single.scenario.detector_for(&case).expect("a detector"), false, &mut trace);
@@ -141,14 +141,15 @@ fn law_a_trace_tells_what_comparators_do_and_what_the_timer_captured() {
         // tick before or after the pulse.
         assert!((-0.5..1.5).contains(&((trip - begin) / 0.32e-6 - ticks)), "{trip} {begin} {ticks}");
     }
-    // It watches from the begin of each pulse to its trip, and has tripped from then to the end of the command.
+    // The comparator watches from the begin of each pulse to its trip, and is tripped from then to the end of the
+    // command.
     let (watching, tripped) =
         (rows_of("comparator", "watching", "t_s"), rows_of("comparator", "tripped", "t_s"));
     for time in watching {
         assert!(trips.iter().zip(&commands).any(|(trip, begin)| (*begin..=*trip).contains(&time)), "{time}");
     }
     assert!(tripped.iter().all(|time| trips.iter().any(|trip| time >= trip)) && tripped.len() > 100);
-    // What a drive without phase sensors would read is there beside it: a terminal at each rail.
+    // The table also has the readings of a drive without phase sensors, such as its terminals' potentials.
     let all = rows(&events, &trace);
     let sample = all.iter().find(|row| *cell(row, "event") == Cell::Text("sample".into())).expect("a sample");
     assert!(matches!(cell(sample, "v_a_V"), Cell::Number(volts) if volts.is_finite()));

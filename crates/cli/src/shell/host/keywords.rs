@@ -1,4 +1,4 @@
-//! Messages in the words of a host whose commands are functions of Python: keywords in place of options, calls in place of
+//! Messages for a host whose commands are Python functions: keyword arguments replace options, and calls replace
 //! command lines.
 
 use std::fmt::Write as _;
@@ -7,13 +7,13 @@ use clap::CommandFactory;
 
 use crate::arguments::Arguments;
 
-/// An option of the command line as a keyword.
+/// An option of the command line, to be named as a Python keyword argument.
 struct Keyword {
     /// Name of the option without the two dashes.
     option: String,
-    /// Placeholder of its value; none of a flag.
+    /// Placeholder of the option's value, such as `KEY=VALUE`; none for a flag.
     placeholder: Option<String>,
-    /// The values that it can have, if these are a list.
+    /// The values that the option can have, if they are a fixed list.
     choices: Vec<String>,
 }
 
@@ -26,7 +26,8 @@ impl Keyword {
         }
     }
 
-    /// Returns the argument as a call has it; of an option with a value, that of `value`.
+    /// Returns the argument as a call contains it, such as `trials=5`; only its name if an option that needs a value
+    /// has none.
     fn argument(&self, value: Option<&str>) -> String {
         let name = self.name();
         match (value, &self.placeholder) {
@@ -45,7 +46,8 @@ impl Keyword {
         }
     }
 
-    /// Returns whether a word of a sentence is a value of this option, and not the next word of the sentence.
+    /// Returns whether a word that follows the option in a sentence is its value, and not just the sentence's next
+    /// word.
     fn has(&self, word: &str) -> bool {
         let bare = word.trim_matches(['\'', '"', '`', ',', ';', ')']).trim_end_matches(['.', ':']);
         let is_value = |c: char| c.is_ascii_digit() || "=:/._".contains(c);
@@ -56,14 +58,14 @@ impl Keyword {
     }
 }
 
-/// Returns a value as Python has it: numbers and placeholders of numbers as they are, texts in quotes.
+/// Returns a value as Python source: numbers and one-letter placeholders unchanged, all else as a quoted string.
 fn literal(value: &str) -> String {
     let number = value.parse::<f64>().is_ok_and(f64::is_finite);
     let of_number = value.len() == 1 && value.chars().all(|c| c.is_ascii_uppercase());
     if number || of_number { value.to_owned() } else { format!("\"{value}\"") }
 }
 
-/// Returns the options of all commands.
+/// Returns the options of all commands, each once.
 fn all() -> Vec<Keyword> {
     let arguments = Arguments::command();
     let mut all: Vec<Keyword> = Vec::new();
@@ -75,7 +77,7 @@ fn all() -> Vec<Keyword> {
         let placeholder =
             takes.then(|| argument.get_value_names().map_or("", |names| names[0].as_str()).to_owned());
         match all.iter_mut().find(|known| known.option == option) {
-            // One that is a flag of another command.
+            // An option that is a flag of one command may take a value in another.
             Some(known) => {
                 known.choices.extend(choices);
                 known.placeholder = known.placeholder.take().or(placeholder);
@@ -86,7 +88,8 @@ fn all() -> Vec<Keyword> {
     all
 }
 
-/// Returns a message with keywords for options (`force=True` for `--force`), and calls for command lines in backquotes.
+/// Returns a message for Python: options become keywords (`force=True` for `--force`), command lines in backquotes
+/// calls.
 ///
 /// ```
 /// let said = "a/run.journal: needed --resume to go on with it, another --out, or `standstill run SCENARIO --rows none`";
@@ -98,7 +101,7 @@ pub fn keywords(message: &str) -> String {
         return message.to_owned();
     }
     let all = all();
-    // What stands between two backquotes has odd numbers.
+    // Split at backquotes, the quoted spans have odd indices.
     let spans: Vec<&str> = message.split('`').collect();
     let closed = spans.len() % 2 == 1;
     let spans = spans
@@ -108,7 +111,8 @@ pub fn keywords(message: &str) -> String {
     spans.collect::<Vec<_>>().join("`")
 }
 
-/// Returns the values that an option of a command can have, such as `csv` of `--format`; none if these are no list.
+/// Returns the values that an option of a command can have, such as `csv` of `--format`; empty if they are no fixed
+/// list.
 ///
 /// ```
 /// assert_eq!(standstill_cli::choices("run", "rows"), ["all", "none"]);
@@ -137,14 +141,14 @@ fn words(line: &str) -> Vec<&str> {
     split.filter(|word| !word.is_empty()).collect()
 }
 
-/// Returns the option that a word is, and its value if it has one behind `=`.
+/// Returns the option that a word names, and its value if the word has the form `--option=value`.
 fn option_of<'a, 'w>(word: &'w str, all: &'a [Keyword]) -> Option<(&'a Keyword, Option<&'w str>)> {
     let word = word.strip_prefix("--")?;
     let (option, value) = word.split_once('=').map_or((word, None), |(option, value)| (option, Some(value)));
     Some((all.iter().find(|known| known.option == option)?, value))
 }
 
-/// A command line, an option with its value, or anything else that stands in backquotes.
+/// Translates the text between two backquotes: a command line, an option with its value, or anything else.
 fn code(span: &str, all: &[Keyword]) -> String {
     let words = words(span);
     let name =
@@ -164,7 +168,7 @@ fn code(span: &str, all: &[Keyword]) -> String {
         } else if name.is_some() {
             arguments.push(format!("\"{}\"", word.trim_matches(['\'', '"'])));
         } else {
-            // A command of the program alone is typed as it is.
+            // `standstill` without a command of these stays as it is.
             return if words[0] == "standstill" { span.to_owned() } else { prose(span, all) };
         }
     }
@@ -180,7 +184,7 @@ fn code(span: &str, all: &[Keyword]) -> String {
     }
 }
 
-/// A scenario with other values of keys.
+/// Formats a scenario with keys set, as a Python call of `scenario`; `whole`: with the module's name.
 fn scenario_of(scenario: &str, set: &[&str], whole: bool) -> String {
     let mut text = format!("{}scenario({scenario}", if whole { "standstill." } else { "" });
     for pair in set {
@@ -195,7 +199,7 @@ fn scenario_of(scenario: &str, set: &[&str], whole: bool) -> String {
     text + ")"
 }
 
-/// A sentence: options become keywords, with the values that follow them.
+/// Translates a sentence: options and the values that follow them become keywords.
 fn prose(text: &str, all: &[Keyword]) -> String {
     let mut out = String::new();
     let mut rest = text;
@@ -223,7 +227,7 @@ fn prose(text: &str, all: &[Keyword]) -> String {
             continue;
         };
         rest = &from[end..];
-        // The parser's own messages have names in quotes, with placeholders.
+        // Messages of the parser have options in quotes, with placeholders.
         if let Some(placeholder) = rest.strip_prefix(" <") {
             out += &keyword.name();
             rest = placeholder.split_once('>').map_or(rest, |(_, after)| after);
@@ -296,7 +300,7 @@ mod tests {
             ("a key such as -s errors=default, or", "a key such as scenario(…, errors=\"default\"), or"),
             ("`-s trials=N` says how many", "`scenario(…, trials=N)` says how many"),
             ("as `standstill run` writes it", "as `standstill.run` writes it"),
-            // Neither is an option.
+            // Two dashes that begin no option stay.
             (
                 "a well--known dash -- and `sensors.noise`: found -5",
                 "a well--known dash -- and `sensors.noise`: found -5",

@@ -1,4 +1,4 @@
-//! Single files, which appear whole or not at all.
+//! Writing of single files: each appears complete or not at all.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{Output, remove_stale};
 use crate::error::Error;
 
-/// Writes a single file, which appears whole or not at all; one that is there is replaced.
+/// Writes a file, which appears complete or not at all. An existing file is replaced.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -25,10 +25,10 @@ pub fn replace(path: &Path, content: &[u8]) -> Result<(), Error> {
     output.place().map(|_| ())
 }
 
-/// Writes a single file that is not there yet, which appears whole or not at all.
+/// Writes a new file, which appears complete or not at all.
 ///
 /// # Errors
-/// There is a file of this name, or it cannot be written.
+/// A file of this name exists, or it cannot be written.
 pub fn create_new(path: &Path, content: &[u8]) -> Result<(), Error> {
     let there = || Error::InTheWay { path: path.to_owned(), is: "there already", needed: "a new file" };
     remove_stale(folder_of(path));
@@ -37,7 +37,8 @@ pub fn create_new(path: &Path, content: &[u8]) -> Result<(), Error> {
     }
     let (mut output, name) = beside(path)?;
     output.file(&name, content)?;
-    // Unlike a rename, a link replaces nothing, whoever made a file of this name just now. Not every system has links.
+    // Unlike a rename, a hard link never replaces a file that another process has created meanwhile. Not every system
+    // has hard links.
     match fs::hard_link(output.staged(&name), path) {
         Ok(()) => Ok(()),
         Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => Err(there()),
@@ -50,7 +51,7 @@ pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Returns an output in the folder of a file, which must exist, and the file's name.
+/// Returns an output in the folder of a file, and the file's name. The folder must exist.
 ///
 /// # Errors
 /// The folder does not exist or cannot be written, or the file's name is that of a folder.
@@ -61,7 +62,7 @@ pub fn beside(path: &Path) -> Result<(Output, String), Error> {
         return Err(Error::Write(path.to_owned(), error));
     }
     let output = Output::create(folder, &[&name]).map_err(|error| match error {
-        // The file that was asked for, and not its folder.
+        // The message names the requested file, not its folder.
         Error::Write(_, error) => Error::Write(path.to_owned(), error),
         error => error,
     })?;
@@ -86,7 +87,8 @@ mod tests {
         assert!(nowhere.contains("cannot write") && !at("nowhere").exists(), "{nowhere}");
         #[cfg(unix)]
         {
-            // As a user's other files, not as temporary ones, which nobody else may read.
+            // The file has the permissions of a user's other files, not those of a temporary file, which nobody else
+            // may read.
             use std::os::unix::fs::PermissionsExt as _;
             fs::write(at("plain"), "").expect("written");
             let mode = |name: &str| fs::metadata(at(name)).expect("there").permissions().mode();

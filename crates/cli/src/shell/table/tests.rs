@@ -33,7 +33,7 @@ fn law_tables_are_no_wider_than_they_may_be_and_keep_what_matters() {
         for word in ["maximum-likelihood", "hfi-rotating", "suited", "allowed"] {
             assert!(words.contains(&word), "{width}: no {word} in\n{text}");
         }
-        // A column is shown, or named as left out, or its cells are stacked.
+        // Each column is shown, or named as left out, or its cells are listed below each other.
         assert!(text.contains("largest"), "{width}:\n{text}");
     }
 }
@@ -68,9 +68,9 @@ fn law_brackets_go_before_columns_of_a_lower_rank() {
     assert_eq!(row(30), "5 0.062 [0.056, 0.069]");
     assert_eq!(row(20), "5 0.062");
     assert!(at(40).replace('\n', " ").contains("No room for trials, and the brackets of failed: COLUMNS="));
-    // What is left out has no brackets to miss.
+    // The sentence on what was left out names columns without their brackets.
     assert!(at(30).replace('\n', " ").contains("No room for failed, trials: COLUMNS="), "{}", at(30));
-    // Stacked cells have them again.
+    // Cells that are listed below each other keep their brackets.
     assert!(at(12).contains("[0.056"), "{}", at(12));
 }
 
@@ -80,7 +80,7 @@ fn law_colours_move_no_column() {
         let (plain, coloured) = (example().within(width, false), example().within(width, true));
         assert_ne!(plain, coloured);
         assert_eq!(console::strip_ansi_codes(&coloured), plain, "{width}");
-        // No colour runs into the next column or line.
+        // A colour ends within its cell.
         assert!(coloured.lines().all(|line| line.matches("\u{1b}[0m").count() <= 1));
     }
 }
