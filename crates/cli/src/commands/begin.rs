@@ -11,7 +11,7 @@ struct Begin {
     file: Option<(&'static str, &'static str)>,
     /// Words of the command; `FILE` stands for the file's name.
     command: &'static str,
-    /// Text that is printed after the command.
+    /// Hint on the step after this command; it is printed below the command line.
     next: &'static str,
 }
 
@@ -54,8 +54,8 @@ const BEGINS: [Begin; 6] = [
     },
 ];
 
-/// Asks the user on the terminal, and returns the words of a command; empty if the user chose nothing. None without a
-/// terminal.
+/// Asks the user on the terminal which command to begin with, and returns the command's words. The list is empty if the user chose nothing;
+/// `None` without a terminal.
 pub fn asked() -> Option<Vec<String>> {
     if !io::stdin().is_terminal() || !io::stdout().is_terminal() {
         return None;
@@ -88,7 +88,7 @@ fn choose(answers: &mut impl BufRead, out: &mut impl Write) -> io::Result<Vec<St
         if file.is_empty() {
             return Ok(Vec::new());
         }
-        // A file whose name begins so is none to the parser.
+        // The parser would take a name that begins with `-` for an option.
         if file.starts_with('-') {
             file.insert_str(0, "./");
         }

@@ -18,7 +18,9 @@ use crate::error::Error;
 use crate::scenario::{self, Shipped, Shorthands};
 use crate::shell::{NOT_SHOWN, Report, interrupt, workers};
 
-/// Returns the values of a bound in degrees; none for values that are too large to be informative.
+/// Returns the limits of the rms error in electrical degrees, in the order of the columns: from the method's own samples, from all samples,
+/// and both again for gains, offsets and delays that are known only within tolerances. `None` for a limit that was not computed or is too
+/// large to be informative.
 fn values(bound: &Bound) -> [Option<f64>; 4] {
     [Some(bound.scheme_deg), bound.all_deg, bound.hybrid_deg, bound.hybrid_all_deg]
         .map(|v| v.and_then(informative))
@@ -51,7 +53,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let (found, interval) = (bounds.over(angles)?, bounds.interval);
     let angle = |number: usize| 360.0 * number as f64 / angles as f64;
     let each = |(number, bound): (usize, &Bound)| record(bound).with("angle_deg", angle(number));
-    // If the samples contain no information on the axis, plain starts give the reasons.
+    // If the samples contain no information on the axis, simulated starts of the scenario give the reasons.
     let is_blind =
         found.as_ref().is_some_and(|bounds| bounds.iter().flat_map(values).all(|value| value.is_none()));
     let starts = if is_blind { Some(starts(options, document)?) } else { None };
@@ -97,7 +99,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let verdict = verdict(tone, headline, details);
     let answer = Answer::new("bounds", "Cramér–Rao limit".to_owned(), String::new(), verdict, blocks);
     let answer = Answer { json, code: if is_blind { NOT_SHOWN } else { 0 }, ..answer };
-    // A motor stands in the place of a scenario.
+    // Where a command takes a scenario file, a motor's name is allowed, too.
     let scenario = options.source.scenario.as_deref().unwrap_or_else(|| Path::new("paper-5k5"));
     let keys = &options.source.keys;
     let answer = if is_blind {
@@ -109,7 +111,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     answer.report(None, options.json, &Made::default())
 }
 
-/// Returns plain starts of the scenario.
+/// Simulates starts of the scenario, and counts those with an axis.
 fn starts(options: &Options, document: Document) -> Result<Silence, Error> {
     let plan = Plan::new(document)?;
     let run = || Silence::of_axes(&plan, &AtomicBool::new(false));

@@ -13,12 +13,12 @@ use crate::figures::{self, Bar};
 use crate::shell::command_line::quoted;
 use crate::shell::{NOT_SHOWN, Report};
 
-/// Number of samples below which shares are doubtful.
+/// Number of samples below which the shares are too uncertain: the answer is then marked as doubtful.
 const FEW: u64 = 50;
-/// Number of samples with which they are not.
+/// Number of samples that the answer recommends if it is doubtful.
 const ENOUGH: u64 = 1000;
 
-/// A contribution to the error: a source, the method's own error, or the interaction.
+/// A contribution to the error: a source, the method's own error, or the interaction of sources.
 struct Part {
     source: String,
     /// Rms errors in degrees: with this contribution only, and without it.
@@ -105,12 +105,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(trials.scenario(), answer)
 }
 
-/// Returns true if most samples are left out because one of their starts has no axis.
+/// Returns true if more than half of the samples are left out because one of their starts has no axis.
 const fn is_most_left_out(budget: &Budget) -> bool {
     2 * budget.dropped > budget.pairs
 }
 
-/// Returns the answer where too few starts have an axis to share their error out.
+/// Returns the answer for the case that too few starts have an axis, so that their error cannot be divided among the sources.
 fn unanswered(setting: String, asked: &str, too_few: &TooFew, starts: Option<&Silence>) -> Answer {
     let TooFew { pairs, whole, needed } = too_few;
     let headline = format!(
@@ -191,7 +191,7 @@ fn answer(setting: String, asked: &str, budget: &Budget, starts: Option<&Silence
     let Some(first) = shares.first() else { return answer };
     let percent = (100.0 * first.share.value).round();
     if standstill_scenario::keys().any(|key| key.path == first.source) {
-        // A fifth less error is less than a part with any share can take away at most times.
+        // In most cases the source with the largest share can lower the rms error by a fifth.
         let limit = standstill_quantity::short(
             format!("{:.1e}", 0.8 * budget.rms_deg.value).parse().unwrap_or(f64::NAN),
         );
@@ -213,7 +213,7 @@ fn answer(setting: String, asked: &str, budget: &Budget, starts: Option<&Silence
 fn table(shares: &[Part]) -> Table {
     let columns = [
         Column::word("source"),
-        // Intervals go before any of the columns does.
+        // On a narrow terminal the intervals are dropped before any column.
         Column::number("share").unit("%").bracket(4),
         Column::number("alone").unit("°").rank(1).bracket(5),
         Column::number("without").unit("°").rank(2).bracket(5),
@@ -237,7 +237,7 @@ fn notes(budget: &Budget) -> Vec<String> {
     notes
 }
 
-/// Returns the legend of columns and rows, one paragraph for each.
+/// Returns the legend of columns and rows as paragraphs.
 fn legend(budget: &Budget) -> Vec<String> {
     let mut legend = [
         "share: of the mean square, by the source itself; total: with all in which it has a part.",

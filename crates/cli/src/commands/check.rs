@@ -49,7 +49,8 @@ pub fn run(options: &Check) -> Result<Report, Error> {
             options.motor
         ));
     }
-    // A method that was asked for must find its readings on the drive; of the others those that do are tried.
+    // If the user names a method, the drive must have the sensors that this method reads. Otherwise `check` tries the methods whose sensors
+    // the drive has.
     let asked_for = document.origin("detector.method").is_some();
     let scenario = if asked_for { document.scenario_of(&motor)? } else { of_any_method(&document, &motor)? };
     doubts::warn(&scenario);
@@ -110,7 +111,8 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     Ok(report)
 }
 
-/// Returns the scenario of a document whose own method is not asked for, and need not have the settings of the detector.
+/// Returns the scenario of a document in which the user names no method. If the default method lacks one of the detector's settings, the
+/// table `detector` is left out.
 fn of_any_method(document: &Document, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
     match document.unchecked_scenario_of(motor) {
         Err(error) if error.is_foreign_setting() => {
@@ -122,7 +124,7 @@ fn of_any_method(document: &Document, motor: &Motor) -> Result<Scenario<Method<f
     }
 }
 
-/// Returns the scenario keys that the options set.
+/// Returns the scenario keys that the options set, each with its value as text.
 fn keys(options: &Check) -> Vec<(String, String)> {
     let Temperatures { winding_temperature, magnet_temperature } = options.temperature;
     let celsius = |value: f64| format!("{value} °C");

@@ -31,10 +31,10 @@ use crate::{doubts, figures};
 /// Number of angles, 22.5° apart, at which the Cramér–Rao limit is computed.
 const ANGLES: usize = 16;
 
-/// Number of angles for methods with long detections, whose limit takes as many seconds to compute as the trials.
+/// Number of angles for methods without line pulses, whose detections are long: computing their limit takes about as long as their trials.
 const FEW_ANGLES: usize = 8;
 
-/// Returns whether the motor's data do not suffice to tell its poles apart.
+/// Returns true if the motor has a magnet, but its data do not suffice to tell its poles apart.
 fn is_open(motor: &Motor) -> bool {
     motor.has_magnet() && motor.pole_knowledge().is_open()
 }
@@ -43,11 +43,11 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// Returns a row for JSON and CSV. A missing value is null, or empty.
+/// Returns a row for JSON and CSV. A missing value is null in JSON and empty in CSV.
 fn record(entry: &Entry, motor: &Motor) -> Record {
     let s = &entry.summary;
     let open = is_open(motor);
-    // Of the starts that named a sector.
+    // Shares of the starts that named a sector.
     let share = |count: fn(&Sectors) -> u64| {
         s.sectors.filter(|of| of.named > 0).map(|of| count(&of) as f64 / of.named as f64)
     };
@@ -57,14 +57,14 @@ fn record(entry: &Entry, motor: &Motor) -> Record {
         .with("rotor", entry.rotor.name())
         .with("errors", entry.errors.name())
         .with("trials", s.trials)
-        // Of starts with an angle and the right pole; all figures of errors are of starts with an axis alone.
+        // The share of starts with an angle and the right pole. All columns with errors count only the starts with an axis.
         .with("right", (!open).then(|| right(s)))
         .estimate("rms", "_deg", Some(s.rms_deg))
         .with("bias_deg", s.bias_deg.value)
         .with("p95_deg", s.p95_deg.value)
         .with("max_deg", s.max_deg)
         .with("wrong_poles", (!open).then_some(s.wrong_poles))
-        // The upper end of the 95 % interval of their probability.
+        // The upper end of the 95 % interval of the probability of a wrong pole.
         .with("wrong_poles_at_most", (!open).then_some(s.wrong_pole_probability.high))
         .with("undetermined", s.undetermined)
         .with("failed", s.failed)
@@ -78,7 +78,8 @@ fn record(entry: &Entry, motor: &Motor) -> Record {
         .with("peak_current_A", s.peak_current_a)
         .with("energy_J", finite(entry.energy_j))
         .with("moved_deg", s.max_moved_deg)
-        // From the scheme's samples, from all samples at 100 kHz, and on a specimen with its own gains, offsets and delays.
+        // Cramér–Rao limits: from the method's own samples, from all samples at 100 kHz, and on a specimen whose gains, offsets and delays
+        // are known only within tolerances.
         .with("bound_deg", bound(|bound| Some(bound.scheme_deg)))
         .with("bound_all_deg", bound(|bound| bound.all_deg))
         .with("bound_hybrid_deg", bound(|bound| bound.hybrid_deg))
@@ -99,7 +100,7 @@ fn table(entries: &[Entry], open: bool) -> Table {
         finite(value).map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
     };
     let column = |title: &str, rank: u8| Column::number(title).rank(rank);
-    // What happened anywhere keeps its column; what did not, `right %` says as well.
+    // A column of counts is always shown if any count is above zero. Counts of zero also follow from `right %`.
     let count = |title: &str, rank: u8, of: fn(&Summary) -> u64| {
         let none = entries.iter().all(|entry| of(&entry.summary) == 0);
         column(title, if none { rank } else { 0 }).of(move |entry: &Entry| of(&entry.summary).to_string())
@@ -136,16 +137,14 @@ fn table(entries: &[Entry], open: bool) -> Table {
     Table::of(entries, |entry| if is_wrong(entry) { Tone::Bad } else { Tone::Neutral }, columns).headed()
 }
 
-/// Returns the ratio of the limit to the rms error. The limit has no uncertainty, so the interval comes from the rms
-/// error.
+/// Returns the ratio of the Cramér–Rao limit to the rms error. The limit has no uncertainty, so the interval comes from the rms error.
 fn efficiency(entry: &Entry) -> Estimate {
     let Estimate { value, low, high } = entry.summary.rms_deg;
     let limit = entry.efficiency().unwrap_or(f64::NAN) * value;
     Estimate { value: limit / value, low: limit / high, high: limit / low }
 }
 
-/// Returns the reasons of starts without an angle or without a pole, with their counts, and the reason of a missing
-/// limit.
+/// Returns the reasons why starts have no angle or no pole, with their counts, and the reason why the Cramér–Rao limit is missing.
 fn reasons(entry: &Entry) -> String {
     let counted = entry.summary.reasons.iter();
     let counted =
@@ -169,7 +168,7 @@ fn entries(cells: &[Cell], limits: bool, threads: Option<usize>) -> Result<Vec<E
             bar.inc(1);
             Ok::<(), Error>(())
         })?;
-        // A row whose trials are all done is kept even if the interruption came with its last ones.
+        // A row whose trials are all done is kept, even if the user interrupted during the last trials.
         if done < cell.trials {
             break;
         }
@@ -177,7 +176,7 @@ fn entries(cells: &[Cell], limits: bool, threads: Option<usize>) -> Result<Vec<E
         let (bound, no_bound) = if limits {
             let bounds = Bounds { threads, ..Bounds::of_method(&cell.scenario) };
             let compute = || Bound::or_reason(bounds, angles);
-            // What a library would do with the pulses, its name does not tell.
+            // The name of a library does not identify its detector, so its limit is not cached.
             let known = MethodName::ALL.iter().any(|method| method.name() == cell.method);
             if known { cache::limit(&cell.scenario, angles, compute)? } else { compute()? }
         } else {
@@ -260,7 +259,7 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
 /// Adds the next command: a search for settings if starts have no answer, else one start of the best method.
 fn next(options: &Compare, entries: &[Entry], open: bool, answer: Answer) -> Answer {
     let scenario = options.source.scenario.as_ref().map(|path| path.to_string_lossy().into_owned());
-    // A motor stands in the place of a scenario.
+    // Where a command takes a scenario file, a motor's name is allowed, too.
     let left_out = scenario.is_none().then_some("motor");
     let of = scenario.or_else(|| options.motor.clone()).unwrap_or_else(|| "paper-5k5".to_owned());
     let again =
@@ -274,7 +273,7 @@ fn next(options: &Compare, entries: &[Entry], open: bool, answer: Answer) -> Ans
             // A library is named by its option already.
             let is_method = MethodName::ALL.iter().any(|method| method.name() == best.method);
             let method = if is_method { format!(" -s detector.method={}", best.method) } else { String::new() };
-            // These starts do not order errors whose intervals overlap.
+            // Methods whose error intervals overlap cannot be ranked by these starts.
             let is_near = |entry: &&Entry| {
                 let is_like = entry.method != best.method && entry.errors == best.errors && entry.rotor == best.rotor;
                 is_like && (open || entry.summary.wrong_poles == 0) && answers(entry) >= answers(best) && entry.summary.rms_deg.low <= best.summary.rms_deg.high

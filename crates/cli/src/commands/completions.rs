@@ -58,12 +58,13 @@ fn of_scenarios() -> Vec<String> {
     command.get_subcommands().filter(takes).map(|command| command.get_name().to_owned()).collect()
 }
 
-/// Returns a word that every shell takes as it stands.
+/// Puts a text in single quotes, without the single quotes inside it, so that every shell takes the text literally.
 fn quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', ""))
 }
 
-/// Fills in the template of a script: all names with blanks between, or settings and keys each in a line.
+/// Fills in the template of a completion script. `line` makes the line of a setting or key from its name and description; without it, names
+/// are separated by blanks.
 fn script(template: &str, line: Option<fn(&str, &str) -> String>) -> String {
     let list = |all: Vec<(String, &'static str)>| match line {
         Some(line) => all.iter().map(|(name, about)| line(name, about) + "\n").collect(),
@@ -79,13 +80,13 @@ fn script(template: &str, line: Option<fn(&str, &str) -> String>) -> String {
     filled(template, &values)
 }
 
-/// Returns the part of bash's script that completes settings and motors. Bash breaks words at `=`, so a value is
-/// completed by the words before it. Where no motor fits, bash completes file names itself, with its quotes.
+/// Returns the part of bash's script that completes settings and motors. Bash breaks words at `=`, so a value is completed from the words
+/// before it. If no motor's name fits, bash completes file names itself, with its own quoting.
 fn bash() -> String {
     script(include_str!("completions/bash.sh"), None)
 }
 
-/// Names of the values of options that set or vary a key.
+/// Placeholders of the options that set or vary a key, as in `--help`.
 const SETTINGS: [&str; 3] = ["KEY=VALUE", "KEY=VALUES", "KEY=LOW:HIGH"];
 
 /// Returns zsh's script with settings and motors, each with its description.
@@ -97,7 +98,7 @@ fn zsh(generated: &str) -> String {
     };
     let mut text = String::new();
     for line in generated.lines() {
-        // A colon ends the name of a value there, unless it is escaped.
+        // In zsh's script a colon ends the placeholder, unless it is escaped.
         let line = SETTINGS.into_iter().fold(line.to_owned(), |line, value| {
             let escaped = value.replace(':', r"\:");
             line.replace(&format!(":{value}:_default"), &format!(":{escaped}:_standstill_settings"))

@@ -39,7 +39,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     say_extension(&options.folder);
     let plan = plan(&run, options)?;
     let Choice { chosen, lost, name } = choose::choose(&run, options)?;
-    // Other trials have a folder of their own.
+    // Each selection of trials has its own folder.
     let own = || (!options.json).then(|| options.folder.join("explain").join(name));
     let folder = options.out.clone().or_else(own);
     let trials: Vec<String> = chosen.iter().map(|chosen| chosen.trial.to_string()).collect();
@@ -76,13 +76,13 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     answer(&run, &plan, &all, lost).report(folder, options.json, &made)
 }
 
-/// Returns the plan of the run. Fails if its trials cannot be repeated, because program or files differ.
+/// Returns the plan of the run. Fails if the run's trials cannot be repeated, because the program or a file is another one.
 fn plan(run: &FinishedRun, options: &Options) -> Result<Plan, Error> {
     let place = options.files.as_deref().unwrap_or_else(|| Path::new("")).join("scenario");
     let recorded = &run.summary.run;
     let plan = Plan::new(Document::parse(&place, &recorded.scenario)?)?;
     let mut now = Sweep { plan: &plan, shard: Shard::WHOLE, threads: None }.identity()?;
-    // Written down and read again, numbers may have other digits of the same value.
+    // A number that is written and read again may have other digits for the same value.
     now.scenario.clone_from(&recorded.scenario);
     match recorded.whole().difference(&now) {
         Some(difference) => {
@@ -94,7 +94,7 @@ fn plan(run: &FinishedRun, options: &Options) -> Result<Plan, Error> {
     }
 }
 
-/// Repeats a trial with an observer, and once more for each of its errors without this error.
+/// Repeats a trial with its waveforms recorded, and once more for each of its errors with this error at its mean.
 fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Repeated, Halt<Error>> {
     let failed = |error: FileError| Halt::Failed(Error::from(error));
     let trials = Trials::at(plan, chosen.point).map_err(failed)?;
@@ -163,8 +163,8 @@ fn json_of(one: &Repeated) -> serde_json::Value {
     })
 }
 
-/// Returns the sentence on trials without an axis, which are listed in the order of their numbers; none if all have an
-/// axis.
+/// Returns the sentence on the `lost` trials without an axis, which are listed in the order of their numbers; none if all trials have an
+/// axis. `listed`: number of trials that the answer shows.
 fn without_axis(lost: u64, listed: usize) -> Option<String> {
     (lost > 0).then(|| {
         let first = if lost > listed as u64 {

@@ -25,7 +25,8 @@ use crate::shell::command_line::{quoted, set_pair};
 use crate::shell::values::each_once;
 use crate::shell::{NOT_SHOWN, Report};
 
-/// Number of trials of each fault with each method. If none of them has a wrong pole, at most one in a thousand has.
+/// Number of trials of each fault with each method. If none of them has a wrong pole, the one-sided 95 % upper bound of its probability is
+/// 0.1 %.
 const TRIALS: u64 = 3000;
 
 /// A row of the answer: one fault with one method.
@@ -37,17 +38,17 @@ struct Row {
     counts: Counts,
     /// True if the method has checks that can be switched off.
     has_checks: bool,
-    /// True if the method's answers are sectors, so that errors count from their borders.
+    /// True if the method's answers are sectors, so that an error is the angle beyond the sector's border.
     in_sectors: bool,
 }
 
-/// A fault that is not studied, and the reason.
+/// A fault that is not studied, and the part that the drive lacks for it.
 struct Left {
     mode: FaultMode,
     reason: String,
 }
 
-/// Entry of the identity for the content of the file of rates.
+/// Name under which the identity of the question has the digest of the file of rates.
 const RATES: &str = "digest of --rates";
 
 pub fn run(options: &Options) -> Result<Report, Error> {
@@ -81,7 +82,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         Ok(asked) => asked,
         Err(finished) => return Ok(finished),
     };
-    // What is wrong with one of the faults or methods shows before the first trial.
+    // All scenarios are built before the first trial, so that a mistake in a fault or method is reported early.
     let mut studies = Vec::new();
     for method in &methods {
         let (document, name) = with_method(&document, file, *method)?;
@@ -117,7 +118,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         return Ok(asked.interrupted(&format!("{} of {total} faults were studied", rows.len())));
     }
     let own = setting(file, &scenario);
-    // Where methods are named, the scenario's own is not studied.
+    // If the user names methods, the scenario's own method is not studied.
     let names: Vec<&str> = methods.iter().flatten().map(|method| method.name()).collect();
     let between = |method: &str| format!(", {method}, ");
     let of_scenario = if names.is_empty() {
@@ -139,7 +140,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(&scenario, answer)
 }
 
-/// Returns the digest of a file of rates, with which the sums of an answer change.
+/// Returns the digest of the file of rates, on which the weighted sums of an answer depend.
 fn digest(path: &Path) -> Result<String, Error> {
     Ok(Digest::of_file(path).map_err(|error| Error::Read(path.to_owned(), error))?.to_string())
 }
@@ -174,7 +175,7 @@ fn entries(options: &Options, plan: &Plan) -> (Vec<Entry>, Vec<Left>) {
     (entries, left)
 }
 
-/// Returns the document with another method, and the method's name.
+/// Returns the document with the given method, or unchanged without one, and the name of the document's method.
 fn with_method(
     document: &Document,
     file: &ScenarioFile,
@@ -190,7 +191,7 @@ fn with_method(
 }
 
 impl Row {
-    /// Returns the fault in words, with when it begins.
+    /// Returns the fault in words, and when it begins.
     fn fault(&self) -> String {
         let name = self.name();
         match self.entry.begins {
@@ -278,16 +279,16 @@ fn percent(count: u64, total: u64) -> String {
     }
 }
 
-/// The question that the rows answer.
+/// The question that the rows of the table answer.
 struct Subject<'a> {
     /// The scenario with its keys, for a command line.
     asked: String,
     rates: Option<&'a Rates>,
     allowed: Allowed,
-    /// True if the scenario has faults of its own, which each row has, too.
+    /// True if the scenario itself has faults, which are then part of each row.
     has_own: bool,
     has_magnet: bool,
-    /// True if the motor has poles, and its data tell them apart.
+    /// True if the motor has a magnet, and its data suffice to tell its poles apart.
     has_poles: bool,
 }
 
@@ -299,7 +300,7 @@ fn answer(setting: String, of: &Subject<'_>, rows: &[Row], left: &[Left]) -> Ans
     let mut next = None;
     if let Some((row, worst)) = words::worst(rows) {
         let keys = row.entry.arguments().into_iter().map(|pair| set_pair(&pair));
-        // The scenario may have fewer trials than were studied.
+        // The scenario may set fewer trials than were studied.
         let command = format!(
             "standstill trace {asked}{}{}{} --trial {} --out {}",
             with(row.by_name),
@@ -346,7 +347,7 @@ fn answer(setting: String, of: &Subject<'_>, rows: &[Row], left: &[Left]) -> Ans
     answer.next(&purpose, format!("standstill odds {asked}{} --event {event}", with(asked_about)))
 }
 
-/// Returns the key of a method that was named by an option, for a command line.
+/// Returns the option that sets the method of a row, for a command line; empty for the scenario's own method.
 fn with(method: Option<MethodName>) -> String {
     method.map_or(String::new(), |method| format!(" -s detector.method={}", method.name()))
 }

@@ -29,7 +29,7 @@ const FILES: [&str; 8] = [
     "prediction.png",
 ];
 
-/// Keys of the drive that a fit uses; it accepts no others.
+/// Keys of the drive that a fit uses. Other keys are refused.
 const DRIVE_KEYS: [&str; 8] = [
     "inverter.devices",
     "inverter.dead_time",
@@ -47,7 +47,7 @@ const SETTLE_KEY: &str = "sensors.settle";
 /// Keys that state the resistance of the switches.
 const SWITCH_KEYS: [&str; 2] = ["inverter.switch_resistance", "inverter.channel_resistance"];
 
-/// Returns the name of the estimate that belongs to a key of the drive.
+/// Returns the name that the fit's estimate of a key of the drive has.
 fn estimate_of(key: &str) -> &str {
     if SWITCH_KEYS.contains(&key) { "switch_resistance" } else { key.trim_start_matches("inverter.") }
 }
@@ -88,7 +88,7 @@ fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
     let drive_of = if let Some(motor) = &motor {
         motor.clone()
     } else {
-        // Devices are sized to the current.
+        // The default devices depend on the rated current and the link's voltage, so the recorded maxima stand in for them.
         let rows = || records.iter().flat_map(|record| &record.rows);
         let currents = rows().flat_map(|row| row.current).filter(|i| i.is_finite());
         let current = currents.fold(0.0, |most, i| i.abs().max(most));
@@ -138,14 +138,14 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let unseen = options.predict.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
     let channels = std::array::from_fn(|k| records.iter().any(|record| record.channels[k]));
     for record in &unseen {
-        // Before the search, not after it.
+        // A mistake is reported before the long search.
         is_like(record, records[0].angle.is_some(), channels).map_err(Error::Fit)?;
     }
     let start = start(options, &records)?;
     let names: Vec<String> = options.traces.iter().map(|path| path.display().to_string()).collect();
     let of = (&records, &unseen, &start, &options.motor, &options.set);
     let asked = NotedQuestion::new("fit", names.join(", "), &of, options.force.force);
-    // Before the search, not after it.
+    // A mistake is reported before the long search.
     asked.guard(&options.out, &FILES)?;
     let spinner = progress::spinner("fitting");
     let fitted = fit(&records, &start, &|| {
@@ -157,7 +157,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let predicted = unseen.iter().map(|record| fitted.predict(record, &start));
     let predicted = predicted.collect::<Result<Vec<_>, _>>().map_err(Error::Fit)?;
     let sheet = fitted.sheet(&names.join(", "), start.motor.as_ref());
-    // The sheet must load.
+    // Checks that the data sheet can be read again.
     DataSheet::parse("motor.toml", &sheet).and_then(|sheet| sheet.motor()).map_err(Error::Motor)?;
     let answer = Answer {
         files: vec![("motor.toml", sheet.into_bytes())],

@@ -9,7 +9,7 @@ use super::file::Written;
 use super::words::{Checked, settings};
 use crate::shell::command_line::{self, quoted};
 
-/// Returns the lines with the next steps.
+/// Returns the lines on the next steps, with command lines; `written`: the scenario file that was written, if any.
 pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
     let found = asked.found;
     let mut lines = Vec::new();
@@ -55,7 +55,8 @@ pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
     lines
 }
 
-/// Returns the next steps for a motor that no settings suit: what would help, or else which possibilities are left.
+/// Returns the lines on the next steps for a motor that no tried settings suit: commands with a change that helps, another way to start,
+/// more starts, more effort, or settings that the user no longer fixes. If there is none of these, `bounds`.
 fn unsuited(asked: &Checked<'_>) -> Vec<String> {
     let found = asked.found;
     let helps = found.advice.iter().filter(|advice| advice.helps.is_some());
@@ -94,7 +95,7 @@ fn unsuited(asked: &Checked<'_>) -> Vec<String> {
 
 /// Returns the command line of this `check` with one of the changes that were tried.
 fn changed(asked: &Checked<'_>, advice: &Advice) -> String {
-    // An option can be left out of the command; a key of the file cannot.
+    // Settings that the change frees are left out of the command's options. Settings in a file remain.
     let is_freed = |key: &str| advice.frees.iter().any(|freed| key.strip_prefix("detector.") == Some(freed));
     let keys = asked.keys.iter().filter(|(key, _)| !is_freed(key)).cloned().collect();
     let asked = &Checked { keys, ..*asked };
@@ -115,7 +116,7 @@ fn further(asked: &Checked<'_>) -> String {
     again(asked, &keys, asked.demands, more)
 }
 
-/// Returns the command line of this `check` with other demands and additional keys, which replace given ones.
+/// Returns the command line of this `check` with other demands, and with additional keys, which replace the same keys of the user.
 fn again(asked: &Checked<'_>, keys: &[(&'static str, String)], demands: &Demands, effort: Effort) -> String {
     let kept = asked.keys.iter().filter(|(key, _)| !keys.iter().any(|(other, _)| other == key)).cloned();
     let all: Vec<_> =
@@ -146,7 +147,7 @@ fn without_detector(keys: &[(String, String)]) -> Vec<(String, String)> {
     keys.iter().filter(|(key, _)| !key.starts_with("detector.")).cloned().collect()
 }
 
-/// Returns the command line that runs the recommended settings without a file.
+/// Returns the command line that runs the recommended settings, given as options instead of in a scenario file.
 fn in_a_line(asked: &Checked<'_>) -> String {
     let saturation = match &asked.found.condition {
         Some(Condition::Saturation { least, .. }) => {

@@ -15,7 +15,7 @@ use crate::shell::terminal::wrapped;
 /// Width of the file's comment in columns.
 const COLUMNS: usize = 98;
 
-/// Begin of the comment line that states the file's origin.
+/// Beginning of the comment line that states the file's origin.
 const WRITTEN: &str = "Written by `standstill check";
 
 /// The outcome of writing the scenario file.
@@ -93,12 +93,13 @@ pub fn free(options: &Check) -> Result<(), Error> {
     if !folder_of(path).is_dir() {
         return refused("in a folder that is not there", "a folder that is");
     }
-    // An earlier answer may be that of this question: that is seen once there is an answer.
+    // A file that an earlier `check` wrote is accepted here: `write` compares its content with the new answer.
     let is_answer = || fs::read(path).is_ok_and(|text| String::from_utf8_lossy(&text).contains(WRITTEN));
     if path.exists() && !options.force && !is_answer() {
         return refused("there already", "a new file, or --force given");
     }
-    // A pipe or a device gets the text as it comes; beside a file a folder is made and removed again.
+    // A pipe or a device is written to directly. For a file, a temporary folder beside it is made and removed, to test whether the place
+    // can be written.
     if path.exists() && !path.is_file() { Ok(()) } else { beside(path).map(drop) }
 }
 

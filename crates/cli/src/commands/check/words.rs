@@ -15,7 +15,7 @@ use crate::shell::values::without_setting;
 
 use self::motor::{assumptions, condition, poles, published, saliency, single, terminals};
 
-/// The question of `check`, with its answer.
+/// The question that `check` was asked, with its answer.
 pub struct Checked<'a> {
     pub motor: &'a Motor,
     /// The motor or file, as named on the command line.
@@ -25,7 +25,7 @@ pub struct Checked<'a> {
     pub demands: &'a Demands,
     pub effort: Effort,
     pub found: &'a Suitability,
-    /// Doubt about the signature that the scenario sets.
+    /// Warning that the polarity signature set by the scenario is doubtful; none without such a doubt.
     pub signature: Option<&'a str>,
     /// Keys set on the command line in addition to the motor or file.
     pub keys: Vec<(String, String)>,
@@ -35,7 +35,7 @@ impl Checked<'_> {
     /// Returns the tone of the verdict, and the verdict in one word.
     pub fn word(&self) -> (Tone, &'static str) {
         match self.found.suited() {
-            // What is computed of numbers that nobody meant is not green.
+            // A verdict on a data sheet with doubtful numbers is a warning, even if settings suit.
             Suited::Yes if self.motor.doubtful().is_some() => (Tone::Warning, "suited"),
             Suited::Yes => (Tone::Good, "suited"),
             Suited::If => (Tone::Warning, "suited"),
@@ -122,7 +122,7 @@ fn percent(share: f64) -> String {
     format!("{} %", standstill_quantity::rounded(share, 2))
 }
 
-/// Returns the whole answer as blocks; `next`: lines of the next steps.
+/// Returns the whole answer below the verdict as blocks; `next`: lines on the next steps.
 pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
     let found = asked.found;
     let reasons = asked.reasons().into_iter().chain(assumptions(asked.sheet)).collect();
@@ -145,7 +145,8 @@ pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
     blocks
 }
 
-/// Returns the sentence on what was not tried because no work was left; none if everything was tried.
+/// Returns the sentence that lists what was not tried because the computing work that the effort allows was used up; none if everything was
+/// tried.
 fn untried(asked: &Checked<'_>) -> Option<String> {
     let (untried, effort) = (&asked.found.untried, asked.effort.name());
     (!untried.is_empty())
@@ -175,7 +176,7 @@ fn keys(setting: &Setting) -> String {
     keys.join(", ")
 }
 
-/// Formats the verdict on a method as a table cell.
+/// Formats the verdict on a method as a table cell: settings, objections, and the demand that limits the settings (*binds*).
 pub fn verdict(candidate: &Candidate) -> String {
     let keys = keys(&candidate.setting);
     let at = if keys.is_empty() { String::new() } else { format!("{keys}: ") };
@@ -206,7 +207,7 @@ const fn short(demand: Demand) -> &'static str {
     }
 }
 
-/// Returns the table's columns; `rotor`: the state of the rotor that alone was judged.
+/// Returns the table's columns; `rotor`: the rotor's state, if only one state was judged.
 fn columns_of_check(rotor: Option<Rotor>) -> [Column; 7] {
     let loose = rotor.filter(|rotor| *rotor != Rotor::Locked).unwrap_or(Rotor::Free);
     [
@@ -224,7 +225,7 @@ fn number(value: f64, digits: usize) -> String {
     if value.is_finite() { format!("{value:.digits$}") } else { "–".to_owned() }
 }
 
-/// Formats a factor with two digits, which is what the angles and starts behind it resolve.
+/// Formats a factor with two digits. The numbers of angles and starts behind the factor support no more.
 fn factor(value: f64) -> String {
     if value < 9.95 {
         return format!("{value:.1}");

@@ -19,7 +19,8 @@ use standstill_scenario::Scenario;
 use crate::shell::host;
 use crate::shell::output::{remove_stale, unfinished_prefix};
 
-/// A cache entry: everything that the limit depends on, and the limit; none if the method has no limit.
+/// A cache entry: the text of `identity`, which contains everything that the limit depends on, and the limit; none if the method has no
+/// limit.
 type Kept = (String, Option<Bound>);
 
 /// Largest size of an entry in bytes, most of it the scenario.
@@ -38,7 +39,7 @@ fn folder() -> Option<PathBuf> {
     Some(base.join("standstill").join("limits"))
 }
 
-/// Returns the identity of scenario, program and angles, which determine a limit.
+/// Returns a text with program, scenario and number of angles, which determine a limit; none if the program's file cannot be examined.
 fn identity(scenario: &Scenario<Method<f64>>, angles: usize) -> Option<String> {
     let program = fs::metadata(std::env::current_exe().ok()?).ok()?;
     let built = program.modified().ok()?.duration_since(UNIX_EPOCH).ok()?.as_nanos();
@@ -53,7 +54,7 @@ pub fn limit<E>(
     compute: impl FnOnce() -> Result<(Option<Bound>, Option<standstill_sim::RunError>), E>,
 ) -> Result<(Option<Bound>, Option<standstill_sim::RunError>), E> {
     let place = folder().zip(identity(scenario, angles)).map(|(folder, of)| {
-        // Only a file's name: what stands in it decides.
+        // The checksum only names the file. Whether an entry is used is decided by the identity inside it.
         let Digest { bytes, crc32 } = Digest::of(of.as_bytes());
         let name = format!("{crc32:08x}-{bytes}.limit");
         (folder.join(name), of)
@@ -67,7 +68,7 @@ pub fn limit<E>(
     }
     let found = compute()?;
     if let (Some((path, of)), (found, None)) = (place, &found) {
-        // What cannot be kept is computed again.
+        // A limit that cannot be stored is computed again the next time.
         let _ = write(&path, &(of, *found));
     }
     Ok(found)

@@ -23,7 +23,7 @@ pub struct Cell {
     pub scenario: Scenario<Method<f64>>,
 }
 
-/// Returns the options that set keys of motor, rotor and trials; every command accepts these.
+/// Returns the options that set keys of motor, rotor and seed. Other commands accept these keys, too.
 pub fn conditions(options: &Compare) -> Shorthands {
     Shorthands::default()
         .with("--motor", "motor", options.motor.clone())
@@ -32,7 +32,7 @@ pub fn conditions(options: &Compare) -> Shorthands {
         .seed(options.seed)
 }
 
-/// Makes the scenario that all cells have in common.
+/// Makes the scenario document that all cells have in common.
 fn document(options: &Compare) -> Result<Document, Error> {
     let pulse = options.pulse.map(|pulse| format!("{pulse} µs"));
     let shorthands = conditions(options)
@@ -60,7 +60,7 @@ impl Comparison {
         let file = document.load_single()?;
         let (motor, seed, cells, left_out) = (document.motor()?, file.seed, Vec::new(), Vec::new());
         let mut comparison = Self { document, motor, seed, cells, left_out };
-        // A scenario's conditions are those of all methods. Which method it is about by itself does not matter.
+        // Conditions that the scenario sets hold for all methods. The scenario's default method does not matter.
         let is_set = |key: &str| comparison.document.get(key).is_some();
         let rotors = match &options.rotor[..] {
             [] if is_set("rotor.state") => vec![file.rotor.state()],
@@ -76,16 +76,17 @@ impl Comparison {
         let asked =
             if options.method.is_empty() { one } else { Some(each_once(options.method.iter().copied())) };
         let trials = is_set("trials").then_some(file.trials);
-        // A library beside all methods, or beside those that are asked for.
+        // A library is compared with all methods, or with the methods that the user names.
         let library = comparison.document.get("detector.library").is_some();
         let own_name = file.detector.name().to_owned();
-        // Methods whose readings this drive has.
+        // Methods whose sensors this drive has.
         let served = file.served();
         let methods = asked.as_deref().unwrap_or(&served).iter().map(|method| Some(*method));
         for method in library.then_some(None).into_iter().chain(methods) {
             for &rotor in &rotors {
                 for &errors in &errors {
-                    // No load moves a locked rotor; where all are locked it is a mistake.
+                    // A load has no effect on a locked rotor. Beside other rotors it is left out for the locked one; if all rotors are
+                    // locked, it is reported as a mistake.
                     let load = rotor != Rotor::Locked || rotors == [Rotor::Locked];
                     match comparison.scenario(method, rotor, errors, load) {
                         Ok(scenario) => {
@@ -95,7 +96,7 @@ impl Comparison {
                             let method = method.map_or_else(|| own_name.clone(), name);
                             comparison.cells.push(Cell { method, rotor, errors, trials, scenario });
                         }
-                        // Of all methods, those that have no use for a setting are left out; one that was asked for is a
+                        // A method that lacks one of the settings is left out. If the user named the method, the setting is reported as a
                         // mistake.
                         Err(error) => match (method, error.foreign_setting_in_words()) {
                             (Some(_), Some(_)) if asked.is_some() => return Err(comparison.no_use(method)),
@@ -109,7 +110,7 @@ impl Comparison {
         if comparison.cells.is_empty() { Err(comparison.no_use(None)) } else { Ok(comparison) }
     }
 
-    /// Notes a method that is left out, once whatever the conditions.
+    /// Lists a method that is left out: once, and not once for each set of conditions.
     fn leave_out(&mut self, method: MethodName, setting: String) {
         if self.left_out.last().is_none_or(|(last, _)| *last != method) {
             self.left_out.push((method, setting));
@@ -126,7 +127,7 @@ impl Comparison {
         let mut document = self.document.clone();
         let method = method.map(|method| ("--method", "detector.method", method.name()));
         if method.is_some() {
-            // What only a library has.
+            // Keys that only a library has.
             document.remove("detector.library");
             document.remove("detector.config");
         }
@@ -143,7 +144,7 @@ impl Comparison {
         document.scenario_of(&self.motor)
     }
 
-    /// Returns the methods that have this setting, with the given value.
+    /// Returns the methods that have this setting and accept the given value.
     fn concerned(&self, key: &str, value: &Value) -> Vec<MethodName> {
         let has = |method: &MethodName| {
             let mut document = Document::parse(Path::new("scenario"), "")?;
@@ -155,7 +156,7 @@ impl Comparison {
         MethodName::ALL.into_iter().filter(has).collect()
     }
 
-    /// Returns the error of a setting that `method` does not have; without a method, of settings that no method has.
+    /// Returns the error for a setting that `method` does not have; without a method, for settings that no single method has together.
     fn no_use(&self, method: Option<MethodName>) -> Error {
         let table = self.document.get("detector").and_then(Value::as_table);
         let keys = table.into_iter().flatten().map(|(key, value)| (format!("detector.{key}"), value));

@@ -16,15 +16,15 @@ pub struct Chosen {
     pub point: usize,
     /// Number of the trial at this point.
     pub trial: u64,
-    /// Magnitude of the axis error in degrees, by which trials are ordered; 180° without an axis.
+    /// Magnitude of the axis error in electrical degrees, by which trials are ordered; 180° without an axis, 0 if trials are not ordered.
     far: f64,
 }
 
 /// The selection of trials to be explained.
 pub struct Choice {
     pub chosen: Vec<Chosen>,
-    /// Number of selected trials without an axis. They were selected in the order of their numbers, because none is
-    /// worse than another.
+    /// Number of the run's trials without an axis, at the requested point if there is one. Such trials come first, in the order of their
+    /// numbers, because none is worse than another. 0 if the selection is not by the error.
     pub lost: u64,
     /// Name of the output folder for these trials.
     pub name: String,
@@ -64,7 +64,7 @@ pub fn choose(run: &FinishedRun, options: &Options) -> Result<Choice, Error> {
     run.trials(|point, row| {
         let (axis, wrong) = (row.axis_error_deg, row.error_deg.is_some_and(|error| error.abs() > 90.0));
         let far = match axis {
-            // Of the starts without an answer none is worse than another.
+            // No start without an answer is worse than another.
             _ if options.unanswered => 0.0,
             axis => axis.map_or(180.0, f64::abs),
         };

@@ -20,21 +20,21 @@ use crate::summary::{decimals_of, fixed};
 /// Number of errors that a terminal lists, those with the largest effect first.
 const LISTED: usize = 12;
 
-/// Footnote on how draws that are not normal are expressed in standard deviations.
+/// Footnote on how draws that are not normally distributed are expressed in standard deviations.
 const SCORE: &str = "drawn: in standard deviations; of a uniform draw the normal score of its quantile, so that ±1.64 σ cut off 5 % either way.";
 
 /// Footnote of the table of causes, for scenarios with a converter that rounds.
 const ROUNDED: &str = " its part: mean and 95 % interval over 16 places of the converter's codes; within rounding: zero lies in that interval, and what the trial does then is the converter's.";
 
-/// Formats the effect of an error with half the width of its interval, if there is one, in at most two significant
-/// digits of that half.
+/// Formats the effect of an error in degrees. If it has an interval, half its width follows, and sets the number of decimals: at most
+/// three, unless more are needed to show that half width.
 fn part(part: &Estimate) -> String {
     let half = part.high - part.value;
-    // Three suffice but for what they would show as zero.
+    // Three decimals suffice, unless they would show a small value as zero.
     let least = magnitude(if half > 0.0 { half } else { part.value });
     let least = least.map_or(0, |first| usize::try_from(-first).unwrap_or(0));
     let decimals = decimals_of([part.value, part.low, part.high]).min(least.max(3));
-    // There is no minus zero.
+    // Zero has no sign.
     let sign = if part.value > 0.0 { "+" } else { "" };
     let value = sign.to_owned() + &fixed(part.value, decimals);
     let value = if value.chars().all(|c| "+0.".contains(c)) { value.replace('+', "") } else { value };
@@ -53,7 +53,7 @@ fn ended(record: &Record) -> String {
     }
 }
 
-/// Formats the evidence of the readings for a pole; none if there is no such evidence.
+/// Formats the evidence of the readings for the right and the wrong pole, in standard deviations; none if there is no such evidence.
 fn evidence(record: &Record) -> Option<String> {
     let Ended::Outcome(outcome) = record.run.ended else { return None };
     let findings = outcome.findings();
@@ -82,7 +82,8 @@ fn evidence(record: &Record) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-/// Returns by how much a quantity missed the limit of the check that ended the detection; none if no check with a limit did.
+/// Returns the sentence on how far a quantity fell short of the limit at which a check ended the detection; none if no check with a limit
+/// ended it.
 fn missed(record: &Record) -> Option<String> {
     let margin = record.findings().fault_margin.filter(|margin| *margin < 0.0)?;
     (record.verdict() == Verdict::Failed).then(|| {
@@ -93,10 +94,11 @@ fn missed(record: &Record) -> Option<String> {
     })
 }
 
-/// Smallest movement of the rotor during a detection, in electrical degrees, that is said.
+/// Smallest movement of the rotor during a detection, in electrical degrees, that the text mentions.
 const MOVED_DEG: f64 = 0.1;
 
-/// Returns how far the rotor turned, which is no error that a trial draws; none if it moved by little.
+/// Returns the sentence on the rotor's movement, which is not among the errors that a trial draws; none if the movement is below
+/// `MOVED_DEG`.
 fn turned(record: &Record, scenario: &Scenario<Method<f64>>) -> Option<String> {
     let moved = record.rotor_moved_deg();
     (moved >= MOVED_DEG).then(|| {
@@ -108,7 +110,7 @@ fn turned(record: &Record, scenario: &Scenario<Method<f64>>) -> Option<String> {
     })
 }
 
-/// Returns the command that goes on from a trial, with its purpose.
+/// Returns the purpose and the text of the command to continue with after a trial; `named`: the command line that began the run.
 pub fn next(of: &Repeated, named: &Begun) -> (String, String) {
     let (explained, scenario) = (&of.explained, &of.single.scenario);
     let (record, method_alone) = (&explained.record, &explained.without_all);

@@ -1,4 +1,4 @@
-//! Failure rates of the modes, read from a file. They are the weights with which outcomes are summed.
+//! Failure rates of the failure modes, read from a file. The rates are the weights with which outcomes are summed.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use toml::Value;
 use super::Row;
 use crate::error::Error;
 
-/// Rates of failure modes, in any common unit.
+/// Rates of failure modes, all in the same unit, such as failures in 10⁹ h.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rates(Vec<(FaultMode, f64)>);
 
@@ -19,8 +19,8 @@ pub struct Weighted {
     pub method: String,
     /// Sum of the rates of the modes that were studied.
     pub total: f64,
-    /// Part of `total` that leads to wrong poles, and the sum of the modes' upper bounds of it. The fields `beyond` and
-    /// `detected` are the parts that lead to angles beyond the limit, and to no answer.
+    /// Part of `total` that leads to wrong poles: its estimate, and the sum of the modes' 95 % upper bounds. The fields `beyond` and
+    /// `detected` are the parts that lead to an angle beyond the limit, and to no answer.
     pub wrong_pole: [f64; 2],
     pub beyond: f64,
     pub detected: f64,
@@ -31,7 +31,7 @@ impl Rates {
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text = standstill_files::read_text(path).map_err(|error| Error::Read(path.to_owned(), error))?;
         let document = Document::parse(path, &text)?;
-        // It was TOML a moment before.
+        // Cannot fail: `Document::parse` has just read the text as TOML.
         let table: toml::Table = text.parse().unwrap_or_default();
         let rate = |(name, value): (&String, &Value)| {
             let Some(mode) = FaultMode::named(name) else {
@@ -52,12 +52,13 @@ impl Rates {
         Ok(Self(rates))
     }
 
-    /// Returns the rate of a mode; none if the file does not have the mode.
+    /// Returns the rate of a mode; none without a mode, or if the file does not have it.
     pub fn of(&self, mode: Option<FaultMode>) -> Option<f64> {
         self.0.iter().find(|(of, _)| Some(*of) == mode).map(|(_, rate)| *rate)
     }
 
-    /// Sums the rows of each method, weighted by the rates: of faults that were there before the detection, so that each rate counts once.
+    /// Sums the outcomes of each method's rows, weighted by the rates. Only single faults that exist before the detection count, so each
+    /// rate counts once.
     pub fn weighted(&self, rows: &[Row]) -> Vec<Weighted> {
         let mut all: Vec<Weighted> = Vec::new();
         for row in rows {

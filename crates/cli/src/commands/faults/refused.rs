@@ -1,4 +1,4 @@
-//! What `faults` refuses before the first trial.
+//! Checks of the options of `faults` before the first trial.
 
 use standstill_analysis::faults::{Begins, Entry};
 use standstill_scenario::{FaultMode, Plan};
@@ -9,8 +9,8 @@ use super::rates::Rates;
 use crate::arguments::Faults as Options;
 use crate::error::Error;
 
-/// Checks that there is something to study: at least one of the faults, a pair if pairs were asked for, and one with a
-/// rate if there are rates.
+/// Checks that there is something to study: at least one fault, two faults if `--pairs` is given, and one fault with a rate above zero if
+/// there are rates. `left`: faults that the drive cannot have.
 pub fn are_studied(
     options: &Options,
     entries: &[Entry],
@@ -54,7 +54,7 @@ pub fn are_studied(
     )))
 }
 
-/// Checks that the faults to study have room beside those of the scenario.
+/// Checks that a scenario has room for the faults to study in addition to its own.
 pub fn has_room(options: &Options, plan: &Plan) -> Result<(), Error> {
     let own = &plan.file().faults;
     let (more, asked) = if options.pairs { (2, "two more by --pairs") } else { (1, "one more") };

@@ -1,11 +1,11 @@
-//! The table of `faults` for people, and what its columns are.
+//! The table of `faults` for terminal and page, and its legend.
 
 use standstill_analysis::faults::Counts;
 use standstill_report::page::{Column, Table, Tone};
 
 use super::{Row, percent};
 
-/// What the columns mean, a paragraph each.
+/// Legend of the columns, in paragraphs.
 pub const LEGEND: [&str; 5] = [
     "during: the fault begins at an instant of the detection that each trial draws, and stays; 50 µs: a contact that opens then for so long. The others \
      are there before the detection.",
@@ -16,7 +16,7 @@ pub const LEGEND: [&str; 5] = [
     "Sizes, places and signs are drawn by each trial; the table of the file has their ranges (`magnitude`).",
 ];
 
-/// Returns the table of the rows.
+/// Returns the table with a line for each row.
 pub fn of(rows: &[Row]) -> Table {
     let share = |title: &str, count: fn(&Counts) -> u64| {
         Column::number(title).unit("%").of(move |row: &Row| percent(count(&row.counts), row.counts.trials))
@@ -33,7 +33,7 @@ pub fn of(rows: &[Row]) -> Table {
         share("wrong pole", |of| of.wrong_pole),
         share("beyond", |of| of.beyond),
         share("detected", Counts::detected),
-        // The denominator of the coverage.
+        // The number of dangerous starts, which is the denominator of the coverage.
         (Column::number("dangerous").rank(2)).of(|row: &Row| {
             if row.has_checks { row.counts.dangerous.to_string() } else { "no checks".to_owned() }
         }),

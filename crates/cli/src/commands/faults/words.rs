@@ -1,4 +1,4 @@
-//! What `faults` says in sentences.
+//! Sentences of `faults`: the headline and its details.
 
 use standstill_analysis::faults::{Worst, trials_that_show};
 use standstill_quantity::short;
@@ -7,7 +7,7 @@ use standstill_report::page::Tone;
 use super::{Row, Subject, percent};
 use crate::summary::FAILING;
 
-/// Largest share of dangerous answers of a fault with which the headline is good.
+/// Largest share of starts with a dangerous answer that a fault may have if the headline is to be good.
 const MOST: f64 = 1e-3;
 
 /// Returns the rows with a fault.
@@ -19,18 +19,18 @@ fn rows_of(count: usize) -> String {
     if count == 1 { "the one fault".to_owned() } else { format!("{count} faults") }
 }
 
-/// Returns true if no start has an answer without a fault: then no fault can be told from a sound drive.
+/// Returns true if no start of the drive without a fault has an answer. The effect of a fault is then not visible.
 pub fn is_silent(rows: &[Row]) -> bool {
     let mut whole = rows.iter().filter(|row| row.entry.modes.is_empty()).peekable();
     whole.peek().is_some() && whole.all(|row| row.counts.detected() == row.counts.trials)
 }
 
-/// Returns true if more starts of a method have no answer without a fault than `check` allows.
+/// Returns true for a row without a fault in which more starts have no answer than `check` allows.
 pub fn is_mute(row: &Row) -> bool {
     row.entry.modes.is_empty() && row.counts.detected() as f64 > FAILING * row.counts.trials as f64
 }
 
-/// Returns the headline: how many faults lead to answers that are dangerous. No answer is the right answer here.
+/// Returns the headline: how many faults lead to dangerous answers. A start without an answer is not dangerous.
 pub fn headline(rows: &[Row]) -> (Tone, String) {
     if is_silent(rows) {
         let text = "Nothing to be said of faults, for without a fault no start has an answer";
@@ -70,12 +70,12 @@ pub fn worst(rows: &[Row]) -> Option<(&Row, Worst)> {
     worst.max_by(|a, b| a.1.error_deg.abs().total_cmp(&b.1.error_deg.abs()))
 }
 
-/// Returns in words the drive to which no fault was added, which may have faults of its own by the scenario.
+/// Returns the words for the drive to which `faults` adds no fault; `has_own`: the scenario itself has faults.
 pub const fn beside(has_own: bool) -> &'static str {
     if has_own { "with the scenario's own faults alone" } else { "without a fault" }
 }
 
-/// Returns what counts as dangerous, and what the headline leaves out.
+/// Returns the sentences that define *dangerous*, and those with details that the headline omits.
 pub fn details(of: &Subject<'_>, rows: &[Row]) -> Vec<String> {
     let allowed = of.allowed;
     let from = if rows.iter().all(|row| row.in_sectors) {
@@ -135,8 +135,8 @@ fn poles(of: &Subject<'_>, rows: &[Row]) -> Option<String> {
     of.has_magnet.then_some(text)
 }
 
-/// Returns the sentence on the number of trials that would show it of faults without a dangerous answer; none if they
-/// are shown to have few.
+/// Returns the sentence on the faults of which no dangerous answer was seen, but whose upper bound is above `MOST`: how many trials would
+/// lower the bound to `MOST`. None without such faults.
 fn trials_needed(rows: &[Row]) -> Option<String> {
     let is_open = |row: &&&Row| row.counts.undetected() == 0 && row.counts.undetected_bound() > MOST;
     let count = faults(rows).iter().filter(is_open).count();

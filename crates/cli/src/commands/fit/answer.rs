@@ -151,12 +151,12 @@ fn cells(estimate: &Estimate) -> [String; 2] {
     [value, interval]
 }
 
-/// Returns true if no channel shows the current of a phase by itself.
+/// Returns true if no channel has the current of a single phase, so that all currents come from one shunt in the DC link.
 fn has_one_shunt(fit: &Fit) -> bool {
     !fit.channels[..LINK].contains(&true)
 }
 
-/// Returns the verdict: whether the simulation describes the currents.
+/// Returns the verdict on whether the simulation describes the currents.
 fn headline(fit: &Fit) -> Block {
     let (tone, headline) = if !fit.describes() {
         (Tone::Bad, "the simulation does NOT describe these currents")
@@ -166,7 +166,8 @@ fn headline(fit: &Fit) -> Block {
         (Tone::Warning, "the search did NOT end at the most likely parameters")
     };
     let [residual, expected] = [fit.residual_rms, fit.expected_rms].map(ampere);
-    // Beside real iron and real drives noise alone is a hard judge: a share tells a fit with small faults from a useless one.
+    // With real iron and real drives residuals are seldom as small as the noise. The share of the currents shows whether the misfit is
+    // small.
     let share = match tone {
         Tone::Bad => {
             format!(" ({} % of the currents)", number(2, 100.0 * fit.residual_rms / fit.current_rms))
@@ -213,8 +214,8 @@ pub(super) fn ampere(value: f64) -> String {
     format!("{:.3} {}", scale.number(value), scale.unit)
 }
 
-/// Returns what terminals with a capacitance do that the simulated ones do not: a phase against the two others, 3/2 of an inductance, rings with
-/// such a capacitance as boards have.
+/// Returns the sentence on the capacitance of the terminals, which the simulation leaves out. Its ringing frequency is that of one phase
+/// against the two others in parallel (3/2 of the mean inductance) with 0.3 nF, a usual capacitance of boards.
 fn ringing(fit: &Fit) -> String {
     const CAPACITANCE: f64 = 0.3e-9;
     let mean = fit.plant.inductance.iter().sum::<f64>() / 2.0;
@@ -229,7 +230,7 @@ fn ringing(fit: &Fit) -> String {
     )
 }
 
-/// Returns how much inductance pulses meet, if the readings show eddy currents.
+/// Returns the sentence on the part of L_d and L_q that an infinitely short pulse meets; none if the readings show no eddy currents.
 fn eddies(fit: &Fit) -> Option<String> {
     let of = |name: &str| fit.parameters.iter().find(|estimate| estimate.name == name && estimate.identified);
     let time = of("eddy.time_constant")?;
@@ -244,8 +245,8 @@ fn eddies(fit: &Fit) -> Option<String> {
     ))
 }
 
-/// Returns the sentence on a stated angle that the currents contradict: the angle found lies beyond its interval of the stated one, or the magnet's
-/// axis has the larger inductance.
+/// Returns the sentence on a stated angle that the currents contradict: the estimate differs by more than half its 95 % interval, at least
+/// 5°, or L_d is more than 2 % above L_q. None if no angle is stated or the currents agree with it.
 fn contradicted_angle(fit: &Fit) -> Option<String> {
     let stated = fit.stated_angle()?.to_degrees();
     let of = |name: &str| fit.parameters.iter().find(|estimate| estimate.name == name && estimate.identified);
@@ -268,7 +269,7 @@ fn contradicted_angle(fit: &Fit) -> Option<String> {
     })
 }
 
-/// Returns what the readings say of the pole that the records state.
+/// Returns the sentence on whether the readings confirm the pole that the records state.
 fn stated_pole(fit: &Fit) -> String {
     let Some([d, minus_d, _]) = fit.falls.filter(|_| fit.pole.identified) else {
         return "North is where angle_deg states it; the iron does not tell the poles apart, as far as these currents go.".to_owned();
@@ -282,7 +283,7 @@ fn stated_pole(fit: &Fit) -> String {
     )
 }
 
-/// Returns sentences that interpret the numbers.
+/// Returns the sentences that interpret the numbers; `files`: names of the trace files.
 fn sentences(fit: &Fit, files: &[String]) -> Vec<String> {
     let mut said = Vec::new();
     if !fit.describes() {

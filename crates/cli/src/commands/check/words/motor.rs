@@ -44,8 +44,8 @@ pub fn published(asked: &Checked<'_>) -> Option<String> {
     Some(published_at(ratio, fall_of_surface_magnets(asked.motor)))
 }
 
-/// Returns the sentence on the published saturation of motors with this ratio of L_q to L_d; `fall`: of L_d at rated current, if the saliency is
-/// that of iron alone.
+/// Returns the sentence on the published saturation of motors with this ratio of L_q to L_d; `fall`: estimated fall of L_d at rated
+/// current, relative to L_d, if saturated iron alone makes the saliency.
 fn published_at(ratio: f64, fall: Option<f64>) -> String {
     if ratio < MAGNETS_INSIDE_FROM {
         let estimate = fall.map_or_else(String::new, |fall| {
@@ -73,8 +73,8 @@ fn published_at(ratio: f64, fall: Option<f64>) -> String {
     )
 }
 
-/// Returns the sentence on what must be measured between two terminals, by which a sheet's R and L show whether they are those of a phase; none for
-/// built-in motors, and if the resistance was measured or comes from one between two terminals.
+/// Returns the sentence on a measurement between two terminals that shows whether the sheet's R and L are those of a phase. None for
+/// built-in motors, and none if the phase's resistance was measured or computed from a resistance between two terminals.
 pub fn terminals(asked: &Checked<'_>) -> Option<String> {
     let sheet = asked.sheet;
     let is_of_phase = sheet.entries().iter().any(|entry| {
@@ -119,11 +119,11 @@ pub fn assumptions(sheet: &DataSheet) -> Vec<String> {
         (!values.is_empty()).then(|| format!("{head}: {}.", values.join(", ")))
     };
     let left_out = sheet.assumed();
-    // What follows from one number is said with it.
+    // `single` lists the values that follow from a saturation given as one number.
     let left_out: Vec<Entry> = left_out.iter().filter(|entry| !is_of_saturation(entry)).cloned().collect();
     let is_written = |entry: &Entry| {
         let is_left_out = left_out.iter().any(|other| other.key == entry.key);
-        // Saturation that is not given is nothing that was assumed: the verdict says what is open without.
+        // A missing saturation is not an assumption: the verdict states what remains open without it.
         let is_open = entry.key == "nameplate.saturation";
         let is_built_in = DataSheet::built_in(sheet.name()).is_some();
         let is_inferred =
@@ -138,7 +138,7 @@ pub fn assumptions(sheet: &DataSheet) -> Vec<String> {
     said.into_iter().flatten().collect()
 }
 
-/// Sentence on motors without saliency.
+/// Sentence for motors without saliency.
 const SAME: &str = " L_d and L_q are the same: there is no axis to find.";
 
 pub fn saliency(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> String {
@@ -150,7 +150,7 @@ pub fn saliency(suitability: &Suitability, demands: &Demands, errors: ErrorSet) 
         }
         return saliency;
     };
-    // What holds for this specimen too: its gains and offsets are known only as its sensors are made.
+    // The limit for a specimen, whose gains and offsets are known only within the tolerances of its sensors.
     let limit = bound.hybrid_deg.unwrap_or(bound.scheme_deg);
     if informative(limit).is_none() {
         saliency += " The readings of these pulses do not tell the rotor's angle.";

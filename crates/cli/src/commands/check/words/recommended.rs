@@ -1,4 +1,5 @@
-//! Text about the recommended method: its margins, its fresh starts, and the methods beside it.
+//! Text about the recommended method: its margins, the starts with new random numbers (*fresh starts*) that confirm it, and a method with a
+//! larger margin.
 
 use std::fmt::Write as _;
 
@@ -7,10 +8,10 @@ use standstill_scenario::Rotor;
 
 use super::{amperes, factor, percent, share};
 
-/// Returns the sentence on the recommended method: by how much it is better than demanded, and what binds.
+/// Returns the sentence on the recommended method: the factor by which it is better than demanded, and the demand with the smallest margin.
 pub fn sentence(candidate: &Candidate, found: &Suitability) -> String {
     let method = candidate.setting.method;
-    // No other rotor has a demand on its movement.
+    // Only for a free rotor is there a demand on movement.
     let is_free = found.rotor.is_none_or(|rotor| rotor == Rotor::Free);
     let mut and = if is_free { " and in movement" } else { "" }.to_owned();
     if matches!(found.condition, Some(Condition::Saturation { .. })) {
@@ -22,7 +23,7 @@ pub fn sentence(candidate: &Candidate, found: &Suitability) -> String {
             factor(candidate.margin())
         )
     } else {
-        // Sectors of a rotor that is held.
+        // The method names sectors, and the rotor is held: the error beyond the sector is zero, so the margin is infinite.
         format!("Recommended: {method}, 95 of 100 starts within the sector that they name")
     };
     if let (Some(margins), Some(demand)) = (candidate.margins, candidate.binding) {
@@ -31,8 +32,8 @@ pub fn sentence(candidate: &Candidate, found: &Suitability) -> String {
     said + "."
 }
 
-/// Returns the sentence that names a method with more room in its few starts than the recommended one, and the reason why that method is not
-/// recommended; empty if no method has more room.
+/// Returns the sentence on a suited method whose margin in the few starts of the table is larger than that of the recommended method, with
+/// the reason why it is not recommended. Empty without such a method.
 pub fn with_more_room(recommended: &Candidate, found: &Suitability) -> String {
     let margin = recommended.margin();
     let others = found.candidates.iter().filter(|of| of.objections.is_empty() && of.margin() > 1.05 * margin);
@@ -60,7 +61,7 @@ fn kept(demand: Demand, margin: f64) -> String {
     }
 }
 
-/// Returns the sentence on the results of fresh starts; none if there were no fresh starts.
+/// Returns the sentence on the results of the fresh starts, those with new random numbers; none if there were no fresh starts.
 pub fn confirmed(found: &Suitability) -> Option<String> {
     let (fresh, candidate) = (found.confirmed()?, found.recommended()?);
     let mut states = match found.rotor {
@@ -94,7 +95,8 @@ pub fn confirmed(found: &Suitability) -> Option<String> {
     ))
 }
 
-/// Returns the part of that sentence on the rotor's movement; empty for one that does not move, or is driven.
+/// Returns the part of the sentence of `confirmed` on the rotor's movement in electrical degrees; empty for a rotor that does not move or
+/// is driven.
 fn movement(rotor: Option<Rotor>, moved_deg: f64) -> String {
     match rotor {
         None | Some(Rotor::Free) => format!("A free rotor moved by {moved_deg:.3}° at most; "),

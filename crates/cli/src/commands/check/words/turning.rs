@@ -1,20 +1,21 @@
-//! What `check` says of a rotor that turns.
+//! Sentences of `check` on a rotor that turns during the detection.
 
 use super::Checked;
 
-/// Formats a speed in rpm: two digits, as the search is good to 9 %.
+/// Formats a speed in rpm with two digits, because the search finds speeds to within 9 %.
 fn rpm(speed: f64) -> String {
     let place = standstill_quantity::magnitude(speed).unwrap_or(0) - 1;
     standstill_quantity::rounded(standstill_quantity::rounded(speed, -place).round(), place).to_string()
 }
 
-/// Formats a speed in rpm up to which something holds: two digits, not rounded up.
+/// Formats an upper limit of the speed in rpm with two digits, rounded down.
 fn up_to(speed: f64) -> String {
     let place = standstill_quantity::magnitude(speed).unwrap_or(0) - 1;
     standstill_quantity::rounded(standstill_quantity::rounded(speed, -place).floor(), place).to_string()
 }
 
-/// Returns the part of the verdict on a rotor that turns; empty where no answer is wrong unnoticed.
+/// Returns the part of the verdict on the speeds at which the error exceeds the demand and the method does not notice that the rotor turns;
+/// empty if there are no such speeds, or none were measured.
 pub fn note(asked: &Checked<'_>) -> String {
     let Some((from, until)) = asked.found.turning.and_then(|speeds| speeds.unnoticed_rpm) else {
         return String::new();
@@ -27,8 +28,8 @@ pub fn note(asked: &Checked<'_>) -> String {
     )
 }
 
-/// Returns the sentences on the speeds at which the recommended method notices a rotor that turns, and up to which its error is within the
-/// demand; none where they were not measured.
+/// Returns the sentence on two speeds: the speed from which the recommended method notices that the rotor turns, and the speed up to which
+/// its error meets the demand. None if these speeds were not measured.
 pub fn said(asked: &Checked<'_>) -> Option<String> {
     let (speeds, candidate) = (asked.found.turning?, asked.found.recommended()?);
     let (method, demanded, highest) = (candidate.method(), asked.demands.error_deg, rpm(speeds.highest_rpm));

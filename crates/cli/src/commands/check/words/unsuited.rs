@@ -21,7 +21,7 @@ pub fn blocks(found: &Suitability) -> Vec<Block> {
     blocks
 }
 
-/// Returns what to measure if the data sheet gives only one inductance.
+/// Returns the text on how to measure L_d and L_q, for a data sheet that gives only one inductance.
 fn measured(found: &Suitability) -> Vec<Block> {
     let mut said = "Measure L_d and L_q: at two terminals the inductance goes from its least to its most twice in an electrical revolution while the shaft is turned by hand; `standstill fit` reads both from scope traces (docs/own-motor-traces.md).".to_owned();
     for Advice { change, helps, .. } in &found.advice {
