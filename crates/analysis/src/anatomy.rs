@@ -1,7 +1,7 @@
 //! Anatomy of an event: the draws that the starts in which the event happened have in common.
 //!
-//! Over all angles the draws of a symmetric event average to zero: at one angle a gain that is too large turns the axis, at
-//! another one a gain that is too small. So means are taken per sector of angles and per sign of the error.
+//! Means are taken per sector of rotor angles and per sign of the error. Over all angles the draws of a symmetric event average to zero: a
+//! gain that is too large turns the estimated axis forwards at one angle and backwards at another.
 
 use std::collections::BTreeMap;
 
@@ -14,9 +14,9 @@ use crate::{Event, Halt, Trials, Watch};
 /// Smallest magnitude of a draw's mean that is listed, in standard deviations of the draw.
 const LEAST_MEAN: f64 = 0.5;
 
-/// Smallest number of states of a listed sector.
+/// Smallest number of starts in a listed sector.
 const LEAST_STATES: usize = 20;
-/// Smallest share of a listed sector in the event's probability.
+/// Smallest share of the event's probability in a listed sector.
 const LEAST_SHARE: f64 = 0.02;
 
 /// Sectors and draws of the starts in which the event happened.
@@ -24,20 +24,21 @@ const LEAST_SHARE: f64 = 0.02;
 pub struct Anatomy {
     /// Sectors with enough starts, the most probable first.
     pub sectors: Vec<Sector>,
-    /// The start in the most probable sector whose draws are nearest to the sector's means; none without a sector.
+    /// Draws of a typical start: of all starts in the most probable sector, the one whose draws are nearest to the sector's means. None if
+    /// no sector has enough starts.
     pub typical: Option<Tape>,
 }
 
 /// Starts with the event in a range of rotor angles, with one sign of the error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sector {
-    /// Limits of the range of rotor angles in degrees.
+    /// Lower and upper limit of the rotor's electrical angle in degrees; for an axis error, of the angle modulo 180°.
     pub angles_deg: (f64, f64),
     /// True for a positive axis error, false for a negative one; none for events other than an axis error.
     pub positive: Option<bool>,
     /// Share of the event's probability in this sector.
     pub share: f64,
-    /// Draws whose mean differs from zero, the largest difference first.
+    /// Draws whose mean is at least half a standard deviation away from zero, the largest mean first.
     pub draws: Vec<Draw>,
 }
 
@@ -64,10 +65,11 @@ struct Sums {
 }
 
 impl Anatomy {
-    /// Computes the anatomy of weighted starts in which the event happened.
+    /// Computes the anatomy of an event from starts in which the event happened. `failures`: for each start its share of the event's
+    /// probability, and its draws.
     ///
     /// # Errors
-    /// An invalid drawn value; an interruption.
+    /// A drawn value is invalid, or the computation was interrupted.
     pub fn of(
         trials: &Trials<'_>,
         event: Event,
@@ -107,7 +109,8 @@ const fn width(event: Event) -> f64 {
     }
 }
 
-/// Returns the sector and the sign of the error of a start. The angle of an axis is taken modulo 180°.
+/// Returns the index of the sector that contains a start's rotor angle, and whether the axis error is positive (none for other events). For
+/// an axis error the angle is taken modulo 180°.
 fn class(event: Event, record: &Record) -> (usize, Option<bool>) {
     let (turn, positive) = match event {
         Event::Error(_) => (180.0, record.axis_error_deg().map(|error| error > 0.0)),
@@ -118,8 +121,8 @@ fn class(event: Event, record: &Record) -> (usize, Option<bool>) {
     (whole(angle / width(event)), positive)
 }
 
-/// Returns true for draws that the anatomy lists. The rotor angle is left out because the sector gives it; phases are
-/// left out because they are angles, too.
+/// Returns true for draws that the anatomy lists. Left out are the rotor angle, which the sector states, other angles (phase of the ripple,
+/// direction of the last magnetisation), and draws that are no errors (order of a design, seed of a detector).
 fn is_told(purpose: Purpose) -> bool {
     !matches!(
         purpose,
@@ -141,7 +144,7 @@ impl Sums {
     }
 
     fn means(&self) -> impl Iterator<Item = (&Place, Purpose, f64, f64)> {
-        // A draw that few starts have says little.
+        // Draws that less than half of the starts' weight has are left out.
         let common = self.draws.iter().filter(|(_, (_, sums))| sums[0] > 0.5 * self.share);
         common.map(|(place, (purpose, [weight, sum, squares]))| {
             let mean = sum / weight;
@@ -162,7 +165,7 @@ impl Sums {
         draws
     }
 
-    /// Returns the start whose draws are nearest to the sector's means, of those draws whose mean differs from zero.
+    /// Returns the tape of the start that is nearest to the sector's means. The distance counts only draws whose mean differs from zero.
     fn typical(&self, failures: &[(f64, Tape)]) -> Option<Tape> {
         let far: BTreeMap<&Place, f64> = self
             .means()
@@ -185,7 +188,8 @@ impl Sums {
     }
 }
 
-/// Returns the name of a draw for people, such as `gain of b`. `faults`: those of the scenario.
+/// Returns the name of a draw in words, such as `gain of b`. `number`: index of the draw within its purpose; `faults`: the scenario's
+/// faults.
 pub(crate) fn name(purpose: Purpose, key: &str, number: usize, faults: &[FaultSettings]) -> String {
     let phase = |number: usize| ["a", "b", "c"][number % 3];
     match purpose {

@@ -1,4 +1,4 @@
-//! Counts of plain starts by whether they have an answer, and why the others have none.
+//! Counts the starts of a scenario with and without an answer, and the reasons of those without.
 
 use std::collections::BTreeMap;
 
@@ -12,10 +12,8 @@ use crate::{Halt, Watch};
 /// Number of starts that a thread runs at a time.
 const AT_ONCE: u64 = 64;
 
-/// How many of a scenario's plain starts have an answer. Beside a probability, an error or a requirement this says whether the starts
-/// answer at all: a wrong pole is as rare as can be where no start names one.
-///
-/// The starts are those of `standstill run` with the scenario's seed.
+/// Numbers of starts with and without an answer, from the trials that `standstill run` runs with the scenario's seed. They stand beside a
+/// probability, an error or a requirement, because a method that never names a pole never names a wrong one either.
 ///
 /// ```
 /// use std::path::Path;
@@ -33,17 +31,17 @@ const AT_ONCE: u64 = 64;
 pub struct Answers {
     /// Number of starts.
     pub starts: u64,
-    /// Reasons of the starts without an axis, each with the number of its starts.
+    /// For each reason why a start has no axis, the number of starts.
     pub without_axis: BTreeMap<String, u64>,
-    /// Reasons of the starts with an axis but no pole, each with the number of its starts.
+    /// For each reason why a start has an axis but no pole, the number of starts.
     pub without_pole: BTreeMap<String, u64>,
 }
 
 impl Answers {
-    /// Runs the first starts at the first point of a plan.
+    /// Runs trials 0 to `starts` − 1 at the first point of a plan, and counts them.
     ///
     /// # Errors
-    /// A start cannot be made from its draws, or the computation was interrupted.
+    /// A trial cannot be run, or the computation was interrupted.
     pub fn of(plan: &Plan, starts: u64, watch: &dyn Watch) -> Result<Self, Halt<FileError>> {
         let run = || {
             let parts = in_blocks((plan, None), 0..starts, AT_ONCE, watch, |records, _| records)?;

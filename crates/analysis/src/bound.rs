@@ -1,26 +1,23 @@
-//! The Cramér–Rao bound: the smallest error of the angle that an unbiased method can have with the readings of an
-//! excitation.
+//! The Cramér–Rao bound: the smallest error of the angle that an unbiased method can have with the readings of an excitation.
 //!
 //! ```text
 //!   J = Σ over samples  Gᵀ C⁻¹ G,   G = ∂(readings)/∂p,   σ_θ² = [J⁻¹]_θθ
 //! ```
-//! The readings are those of the drive: currents of phases or of the DC link, voltages of terminals, and times that a
-//! timer captured at a comparator's trip.
+//! The unknowns are p = (θ, L_A, L_B, R, V_D), with the angle θ at the start. The readings are those of the drive: currents of phases or of
+//! the DC link, voltages of terminals, and times that a timer captured at a comparator's trip. Their noise is Gaussian with covariance C
+//! (Kay, *Fundamentals of Statistical Signal Processing: Estimation Theory*, 1993, section 3.9).
 //!
-//! over p = (θ, L_A, L_B, R, V_D), with Gaussian noise of covariance C (Kay, *Fundamentals of Statistical Signal
-//! Processing: Estimation Theory*, 1993, section 3.9). The commands are those that the detector gives on the nominal
-//! plant; the same commands are then replayed on plants with one parameter changed either way. The hybrid bound has the
-//! errors of a specimen as further unknowns with Gaussian priors, whose information is added to J (Van Trees,
-//! *Detection, Estimation, and Modulation Theory*, part I, 1968, section 2.4).
+//! The commands are those that the detector gives on the nominal plant. The same commands are then replayed on plants with one parameter
+//! changed, up and down, which gives G as difference quotients. The hybrid bound has the errors of a specimen (its gains, offsets and
+//! delays) as further unknowns with Gaussian priors, whose information is added to J (Van Trees, *Detection, Estimation, and Modulation
+//! Theory*, part I, 1968, section 2.4).
 //!
-//! C contains the noise variance σ² of each channel, its converter's quantization variance q²/12, and the effect of
-//! sampling jitter, uniform in ±j, on values with slopes s: `diag(σ² + q²/12) + j²/3 s sᵀ`, because all channels are
-//! sampled at one instant. The variance of a captured time is q²/12 for the timer's tick q plus (σ ∂t/∂X)² for the
-//! comparator's noise σ at the threshold X. Where the slope changes its sign within the jitter, s is too small, and so
-//! is the bound: it remains a valid lower bound. The ripple of the DC link, and all errors of the DC-link sensor except
-//! its gain, are taken as known. If captured times are the only readings, resistance and diodes are taken as known,
-//! too: without saturation, opposite directions give equal times, so six times are only three numbers and cannot
-//! determine four unknowns. θ is the angle at the start.
+//! C contains the noise variance σ² of each channel, its converter's quantization variance q²/12, and the effect of sampling jitter,
+//! uniform in ±j, on values with slopes s: `diag(σ² + q²/12) + j²/3 s sᵀ`, because all channels are sampled at one instant. The variance of
+//! a captured time is q²/12 for the timer's tick q plus (σ ∂t/∂X)² for the comparator's noise σ at the threshold X. Where the slope changes
+//! its sign within the jitter, s is too small, and so is the bound, which remains valid. The ripple of the DC link, and all errors of the
+//! DC-link sensor except its gain, are taken as known. If captured times are the only readings, resistance and diodes are taken as known,
+//! too: without saturation, opposite directions give equal times, so six times are only three numbers and cannot determine four unknowns.
 
 mod information;
 mod plant;
@@ -83,19 +80,18 @@ enum Samples {
 /// ```
 #[derive(Debug)]
 pub struct Bounds<'a, S> {
-    /// Motor, drive, sensors and method. The nominal plant has neither ripple nor deviations from its means.
+    /// Motor, drive, sensors and method. The nominal plant has no ripple, and all values that a trial draws are at their means.
     pub scenario: &'a Scenario<S>,
     /// Unknown parameters of the motor besides the angle.
     pub unknown: &'a [Unknown],
     /// Commands that count for the bound.
     pub counted: Counted,
-    /// Interval between samples for the bounds that use all possible samples, about a kilobyte of memory each; none: no such bounds.
+    /// Interval between the samples of [`Bound::all_deg`], about 1 kB of memory a sample; none: bounds from all samples are not computed.
     pub interval: Option<Nanos>,
-    /// Number of the trial whose noise is added when the detector's commands are recorded; none: no noise. A method that
-    /// continues until its readings are certain enough stops too early without noise, and the bound would not be that of its
-    /// trials.
+    /// Number of the trial whose noise is added when the detector's commands are recorded; none: no noise. A method that continues until
+    /// its readings are certain enough stops too early without noise, and the bound would not be that of its trials.
     pub noise: Option<u64>,
-    /// Factor on the default steps of the difference quotients.
+    /// Factor on the default steps of the difference quotients; 1 for the default steps.
     pub step: f64,
     /// Number of threads; none: as many as there are cores.
     pub threads: Option<usize>,
@@ -107,7 +103,7 @@ pub struct Bounds<'a, S> {
 pub struct Bound {
     /// Bound from the samples that the commands request.
     pub scheme_deg: f64,
-    /// Bound from samples at every interval during the same commands. None without an interval.
+    /// Bound from samples at every [`Bounds::interval`] during the same commands. None without an interval.
     pub all_deg: Option<f64>,
     /// Like `scheme_deg`, for a specimen whose gains, offsets and delays are known only within the tolerances of drive and
     /// sensors. None for sensors without noise: the information of the readings and that of the priors have no common scale then.
@@ -160,7 +156,7 @@ impl<S> Clone for Bounds<'_, S> {
     }
 }
 
-// It borrows the scenario, whatever its settings are.
+// A copy only borrows the scenario, so its settings `S` need not be `Copy`.
 impl<S> Copy for Bounds<'_, S> {}
 
 impl<'a, S: Settings<f64>> Bounds<'a, S> {
@@ -178,6 +174,9 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
     }
 
     /// Returns the bounds at an electrical angle in rad. None for a method that turns the rotor: it estimates no initial angle.
+    ///
+    /// # Errors
+    /// The detector cannot work with its settings, or a plant cannot be simulated.
     pub fn at(&self, angle: f64) -> Result<Option<Bound>, BoundError> {
         if self.scenario.detector.turns_rotor() {
             return Ok(None);
@@ -195,7 +194,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         }))
     }
 
-    /// Returns the nominal plant at this angle, with sensors that have arrangement, filters and delay but no errors.
+    /// Returns the nominal plant at this angle in rad. Its sensors have the scenario's arrangement, filters and delays but no errors.
     fn nominal(&self, angle: f64) -> Case<'a> {
         let Scenario { drive, sensors, tolerance, seed, .. } = self.scenario;
         let drawn = self.scenario.case_at(angle, Specimen { drive: 0, noise: 0 });
@@ -243,7 +242,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         }
     }
 
-    /// Records the commands that the detector gives on a plant, and keeps those that count.
+    /// Records the commands that the detector gives on a plant, and returns those that count.
     fn commands(&self, case: &Case) -> Result<Vec<Command<f64>>, BoundError> {
         let mut case = case.clone();
         if self.noise.is_some() {
@@ -260,8 +259,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         Ok(commands)
     }
 
-    /// Returns two standard deviations of the angle in rad from these samples. For the first, the motor's parameters are
-    /// unknown; for the second, the specimen's errors too. Readings without noise have no second one.
+    /// Returns the standard deviation of the angle in rad from these samples, for two sets of unknowns: the motor's parameters alone, and
+    /// with them the specimen's errors. The second is none for readings without noise.
     fn deviations(
         &self,
         case: &Case,
@@ -304,7 +303,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         Ok((deviation, Some(hybrid)))
     }
 
-    /// Returns the sensitivities to the offsets of the comparators.
+    /// Returns the sensitivity of the readings to the offset of each comparator.
     fn offsets(
         &self,
         differ: &dyn Fn(Parameter) -> Result<Column, BoundError>,
@@ -314,7 +313,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
             .collect()
     }
 
-    /// Returns the unknown errors of a specimen: the sensitivity to each error, and its standard deviation. `offsets`:
+    /// Returns the unknown errors of a specimen: for each, the sensitivity of the readings and the error's standard deviation. `offsets`:
     /// sensitivities to the comparators' offsets.
     fn of_specimen(
         &self,
@@ -348,7 +347,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         if noise.has(TIME) {
             all.push((noise.gain(TIME), sensors.comparator.timer_error));
             for offset in offsets {
-                // A trip is as much later as its own comparator.
+                // A comparator's delay shifts the times of its own trips alone: those that its offset changes.
                 let mut delay = noise.offset(TIME);
                 for (delay, dwell) in delay.slope.iter_mut().zip(&offset.slope) {
                     delay[TIME] *= f64::from(u8::from(dwell[TIME].abs() > offset.error[TIME]));
@@ -360,8 +359,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         Ok(all)
     }
 
-    /// Returns the nominal readings with the parameters of their noise covariance. `offsets`: sensitivities to the
-    /// comparators' offsets.
+    /// Returns the nominal readings with the parameters of their noise covariance. `offsets`: sensitivities to the comparators' offsets.
     fn noise_of(
         &self,
         case: &Case,
@@ -376,7 +374,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         } else {
             replay::slope(case, commands, &readings, jitter).map_err(BoundError::Run)?
         };
-        // Each time has one comparator: a higher threshold is an offset of all.
+        // Each captured time belongs to one comparator, so the sum over all comparators is the effect of a higher threshold.
         let dwell = |sample: usize| offsets.iter().map(|offset| offset.slope[sample][TIME]).sum();
         let dwell = (0..readings.value.len()).map(dwell).collect::<Vec<f64>>();
         Ok(Noise::new(sensors, readings, slope, &dwell))
@@ -384,8 +382,11 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
 }
 
 impl<S: Settings<f64> + Sync> Bounds<'_, S> {
-    /// Returns the bounds at this number of angles, evenly spaced from zero. Line inductances repeat every 60°, so numbers of
-    /// angles without a factor of six cover more distinct cases.
+    /// Returns the bounds at this number of angles, evenly spaced from zero; none for a method that turns the rotor. Line inductances
+    /// repeat every 60°, so a number that shares no factor with six covers more distinct angles.
+    ///
+    /// # Errors
+    /// The detector cannot work with its settings, a plant cannot be simulated, or no threads can be started.
     pub fn over(&self, angles: usize) -> Result<Option<Vec<Bound>>, BoundError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads.unwrap_or(0)).build();
         let pool = pool.map_err(|_| BoundError::Threads)?;

@@ -34,11 +34,11 @@ pub struct Verdict {
 pub struct Look {
     /// Number of trials: fewer than requested if the result was clear earlier.
     pub trials: u64,
-    /// Estimate of each measure divided by its limit, with its 95 % interval. The limit is kept up to 1.
+    /// Ratio of each measure to its limit, with its 95 % interval. A limit holds if the ratio is at most 1.
     pub shares: Vec<Estimate>,
-    /// Each measure over the starts with an answer alone, divided by its limit.
+    /// Ratio of each measure to its limit, over the starts with an answer alone.
     pub answered: Vec<f64>,
-    /// Confidence interval that the worst ratio would have after each number of trials in [`forecast_trials`].
+    /// Lower and upper end of the 95 % interval that the largest ratio would have after each number of trials in [`forecast_trials`].
     pub forecast: Vec<[f64; 2]>,
     /// True if the limits surely hold, false if they surely do not: further trials would not change that. None: not clear yet.
     pub clear: Option<bool>,
@@ -49,7 +49,7 @@ const FORECAST_FROM: u64 = 500;
 /// Number of forecasts.
 const FORECASTS: u32 = 21;
 
-/// Iterates over the numbers of trials for which a look forecasts its confidence interval.
+/// Iterates over the numbers of trials for which a [`Look`] forecasts its confidence interval: 500 times powers of two.
 pub fn forecast_trials() -> impl Iterator<Item = u64> {
     (0..FORECASTS).map(|k| FORECAST_FROM << k)
 }
@@ -57,8 +57,11 @@ pub fn forecast_trials() -> impl Iterator<Item = u64> {
 /// The point of a confidence interval by which limits are judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum View {
+    /// The point estimate.
     Likely,
+    /// The upper end of the interval, which is unfavourable.
     Bad,
+    /// The lower end of the interval, which is favourable.
     Good,
 }
 
@@ -87,7 +90,7 @@ impl Look {
         }
     }
 
-    /// Returns the upper end of the interval that the worst ratio would have after this number of trials.
+    /// Returns the upper end of the interval that the largest ratio would have after this number of trials.
     fn foreseen(&self, trials: u64) -> f64 {
         let number = forecast_trials().take_while(|then| *then <= trials).count().saturating_sub(1);
         self.forecast[number][1]
@@ -102,11 +105,11 @@ impl Look {
 /// Range and precision of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
-    /// Smallest and largest value. If both are above zero, steps are ratios, else differences.
+    /// Smallest and largest value. If both are above zero, the values that are tried differ by equal factors, else by equal differences.
     pub range: (f64, f64),
-    /// Number of values of the scan.
+    /// Number of values of the scan: the first values that are tried, spread over the whole range.
     pub points: usize,
-    /// Number of trials at each value of the scan.
+    /// Number of trials at each value of the scan; values near an edge get more.
     pub trials: u64,
     /// Largest number of trials at one value.
     pub most: u64,
@@ -118,7 +121,7 @@ pub struct Search {
     pub whole: bool,
 }
 
-/// The side on which a stretch ends at an edge.
+/// The end of a stretch at which an edge lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// The limits hold below the edge: the edge is the largest value.
@@ -163,15 +166,17 @@ impl Stretch {
 /// Function that judges a value with at most the given number of trials; returns none if the value is invalid.
 pub type Judge<'a, E> = &'a mut dyn FnMut(f64, u64) -> Result<Option<Look>, E>;
 
-/// All looks so far; for each value, the look with the most trials.
+/// All results so far: for each value the result with the most trials.
 struct Looks<'a, 'b, E> {
     search: &'a Search,
     judge: Judge<'b, E>,
+    /// By the bits of the value: its position in the range, the number of trials requested, and the result; none if the value is invalid.
     known: BTreeMap<u64, (f64, u64, Option<Look>)>,
 }
 
 impl<E> Looks<'_, '_, E> {
-    /// Looks at the value at a position in the range with this number of trials, or with fewer if the result is clear.
+    /// Returns the result at a position in the range with this number of trials, or with fewer if the result is clear. None if the value is
+    /// invalid.
     fn at(&mut self, place: f64, trials: u64) -> Result<Option<&Look>, E> {
         let value = self.search.at(place);
         let known = self.known.get(&value.to_bits()).is_some_and(|(_, asked, look)| {
@@ -223,7 +228,7 @@ impl Search {
         let mut looks = Looks { search: self, judge, known: BTreeMap::new() };
         let mut scan: Vec<(f64, bool)> = Vec::new();
         for place in self.places() {
-            // Values that cannot be end the range.
+            // Invalid values are left out of the scan.
             scan.extend(looks.at(place, self.trials)?.map(|look| (place, look.holds(View::Likely))));
         }
         if scan.iter().all(|(_, holds)| !holds) {

@@ -22,10 +22,10 @@ use crate::trials::Codes;
 use crate::{Halt, Trials, Watch};
 use standstill_odds::kept;
 
-/// Default number of pairs of samples.
+/// Default number of pairs of starts. The starts of a pair, one from each of two samples, share their rotor angle and no other draws.
 pub const PAIRS: u64 = 8000;
 
-/// Least number of pairs in which all starts have an axis; with fewer no shares are computed.
+/// Least number of pairs in which all starts have an axis; with fewer, no shares are computed.
 const FEWEST: usize = 10;
 
 /// Numbers of parts into which the turn is divided for contributions over the angle: parts of 15°, 30° or 60°. The
@@ -46,19 +46,19 @@ const PLACES: u64 = 16;
 pub struct Budget {
     /// Rms error of all starts with an axis, in degrees.
     pub rms_deg: Estimate,
-    /// Contributions of the sources.
+    /// Contribution of each source, in the order of the sources given.
     pub items: Vec<Item>,
     /// Contribution of the method itself.
     pub method: Own,
     /// Share of the mean square that sources cause only by interaction.
     pub interaction: Estimate,
-    /// Number of pairs of samples.
+    /// Number of pairs of starts, see [`PAIRS`].
     pub pairs: u64,
     /// Number of pairs that were left out because a start had no axis.
     pub dropped: u64,
     /// Number of trials in all.
     pub trials: u64,
-    /// Contributions in equal ranges of the rotor angle.
+    /// Contributions in ranges of the rotor angle of equal width.
     pub over_angle: Vec<AngleRange>,
 }
 
@@ -67,7 +67,7 @@ pub struct Budget {
 pub struct Own {
     /// Rms in degrees of the method's own error alone.
     pub alone_deg: Estimate,
-    /// Rms in degrees of the error without the method's own error.
+    /// Rms in degrees of the rest of the error: the error minus its mean at each angle.
     pub without_deg: Estimate,
     /// Share of the mean square error.
     pub share: Estimate,
@@ -91,7 +91,7 @@ pub struct Item {
 /// Contributions in one range of rotor angles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AngleRange {
-    /// Middle of the range in degrees.
+    /// Middle of the range in electrical degrees.
     pub angle_deg: f64,
     /// Mean squares in degrees²: of the whole error, of the method's own error, and of each source by itself.
     pub squares: Squares,
@@ -100,7 +100,7 @@ pub struct AngleRange {
 /// Error of a budget for which too few pairs remain: in the others, at least one start has no axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooFew {
-    /// Number of pairs of samples.
+    /// Number of pairs of starts.
     pub pairs: u64,
     /// Number of pairs in which all starts have an axis.
     pub whole: u64,
@@ -117,8 +117,8 @@ pub const fn trials(pairs: u64, sources: usize) -> u64 {
 type Errors = Vec<Option<f64>>;
 
 impl Budget {
-    /// Divides the error among the scenario's sources. Rotor angles are spread evenly over the turn, unless the
-    /// scenario sets an angle. The computation ends as soon as too few pairs are left.
+    /// Divides the mean square error among the scenario's sources of error. Rotor angles are spread evenly over the turn, unless the
+    /// scenario sets an angle. The inner error: too few pairs have an axis in all their starts; the computation ends as soon as this shows.
     ///
     /// # Errors
     /// A drawn value is invalid, or the computation was interrupted.
@@ -142,7 +142,7 @@ impl Budget {
         let key = |source: &Source, what: &str| {
             format!("budget: {} {what} of {} in {pairs} pairs", source.key, sources.len())
         };
-        // First what every pair needs, so that it shows early where too few are left.
+        // The mixed starts, which every pair needs, come first, so that too few pairs show early.
         let mut mixed: Vec<Errors> = Vec::new();
         for source in sources {
             let mix = |k: usize| source.mixed(&starts_a[k], &starts_b[k]);
@@ -190,7 +190,7 @@ impl Budget {
     }
 }
 
-/// Returns the mean squares for each part of the turn. Of n pairs, pair k has the k-th of n evenly spread angles.
+/// Returns the mean squares for each part of the turn. Of n pairs, pair k (from 0) has the rotor angle 360° (k + 1/2)/n.
 fn over_angle(tuples: &[Option<Tuple>], sources: usize) -> Vec<AngleRange> {
     let has_enough = |parts: &usize| tuples.len() >= IN_PART * parts;
     let parts = PARTS.into_iter().find(has_enough).unwrap_or(PARTS[PARTS.len() - 1]);
@@ -225,7 +225,7 @@ impl Bench<'_> {
     fn sample(&self, pairs: u64, sample: u64) -> Result<(Errors, Vec<Start>), Halt<FileError>> {
         let seed = self.trials.scenario().seed;
         let start = |k: u64| {
-            // The highest bits keep them apart from plain trials and from those of odds.
+            // The highest bits keep these trial numbers apart from those of plain trials and of `odds`.
             let number = 3 << 62 | sample << 40 | k;
             let mut tape = Tape::new(seed, number);
             let (sin, cos) = sin_cos(TAU * (k as f64 + 0.5) / pairs as f64);

@@ -1,7 +1,7 @@
 //! Compares methods on the same motor, with the same drives, sensors and rotor angles.
 //!
-//! A trial's angle, drive and sensors depend only on the seed and the trial's number, not on the method: with these common random
-//! numbers, a difference between two rows is one between methods.
+//! A trial's angle, drive and sensors depend only on the seed and the trial's number, not on the method. So a difference between two rows
+//! of a comparison is a difference between methods (common random numbers).
 
 use standstill_campaign::Summary;
 use standstill_detect::{Method, SettingsError};
@@ -10,7 +10,7 @@ use standstill_sim::{NoProbe, RunError, run};
 
 use crate::bound::{Bound, BoundError, Bounds, Counted};
 
-/// Result of one method under one set of conditions.
+/// Result of one method with one state of the rotor and one set of errors: a row of the comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
     /// Name of the method or of the library.
@@ -25,28 +25,28 @@ pub struct Entry {
     pub energy_j: f64,
     /// The Cramér–Rao limit as rms over the angles; none if it was not requested or does not exist.
     pub bound: Option<Bound>,
-    /// Reason why a requested limit does not exist.
+    /// Reason why a requested limit does not exist: the simulation that failed.
     pub no_bound: Option<RunError>,
 }
 
 /// Rms error in degrees of an axis drawn at random.
 const RANDOM_AXIS: f64 = 51.961_524_227_066_32;
 
-/// Returns a limit in degrees; none if it is not a number or larger than the rms error of a random axis. The Cramér–Rao
-/// limit is valid only for small errors. It grows without bound if a detection gives up before its readings determine
-/// the angle.
+/// Returns the Cramér–Rao limit if it is informative, both in degrees. None if it is not a number, or larger than 52°, the rms error of a
+/// random axis: the limit is valid only for small errors, and grows without bound if a detection gives up before its readings determine the
+/// angle.
 pub fn informative(limit: f64) -> Option<f64> {
     (limit <= RANDOM_AXIS).then_some(limit)
 }
 
 impl Entry {
-    /// Returns the Cramér–Rao limit of the samples that the method takes, in degrees.
+    /// Returns the Cramér–Rao limit of the samples that the method takes, in degrees; none if there is no [`informative`] limit.
     pub fn limit(&self) -> Option<f64> {
         informative(self.bound?.scheme_deg)
     }
 
-    /// Returns the limit divided by the measured rms error: 1 for an efficient method. None without a limit, without
-    /// noise, and for methods whose answers are sectors.
+    /// Returns the Cramér–Rao limit divided by the measured rms error: 1 for an efficient method. None without a limit, without noise, and
+    /// for methods whose answers are sectors.
     pub fn efficiency(&self) -> Option<f64> {
         if self.summary.sectors.is_some() {
             return None;
@@ -78,11 +78,11 @@ pub fn mean_energy(scenario: &Scenario<Method<f64>>, trials: u64) -> Result<f64,
 }
 
 impl Bound {
-    /// Returns [`Self::of`], or the reason why there is no limit. The limit is computed with nominal plants, whose
-    /// currents may leave the motor's flux map even if those of the trials do not.
+    /// Computes the limit as [`Self::of`] does. If a simulation fails, the second value has the reason: the limit is computed with nominal
+    /// plants, whose currents may leave the motor's flux map even if those of the trials do not.
     ///
     /// # Errors
-    /// Errors of [`Self::of`], except for a simulation that cannot be run.
+    /// Errors of [`Self::of`], except for a simulation that failed.
     pub fn or_reason(
         bounds: Bounds<'_, Method<f64>>,
         angles: usize,
@@ -94,21 +94,22 @@ impl Bound {
         }
     }
 
-    /// Returns the rms of these bounds over evenly spaced angles, as [`Bounds::over`] has them; none if the method turns the rotor.
+    /// Computes the bounds at this number of rotor angles, evenly spaced over the turn, and returns their rms. None if the method turns the
+    /// rotor.
     ///
     /// # Errors
-    /// A plant cannot be simulated.
+    /// The detector cannot work with its settings, or a plant cannot be simulated.
     pub fn of(bounds: Bounds<'_, Method<f64>>, angles: usize) -> Result<Option<Self>, BoundError> {
         Ok(bounds.over(angles)?.map(|bounds| Self::rms(&bounds)))
     }
 }
 
 impl<'a> Bounds<'a, Method<f64>> {
-    /// Sets up the bounds of a scenario's method. For a method with line pulses only the pulses count, because its
-    /// polarity test comes after the axis is known.
+    /// Sets up the bounds of a scenario's method. For a method with line pulses only these pulses count: its polarity test comes after the
+    /// axis is known.
     pub fn of_method(scenario: &'a Scenario<Method<f64>>) -> Self {
         let counted = if scenario.detector.has_line_pulses() { Counted::BeforePwm } else { Counted::All };
-        // Without noise it would stop too early.
+        // Without noise an adaptive method would stop too early.
         let noise = scenario.detector.is_adaptive().then_some(0);
         Bounds { counted, noise, ..Bounds::new(scenario) }
     }

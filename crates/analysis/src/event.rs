@@ -36,7 +36,7 @@ pub enum Event {
 #[error("`{text}` is no event{wrong}")]
 pub struct EventError {
     text: String,
-    /// The message's end.
+    /// Reason, and the texts that are allowed: the end of the message.
     wrong: String,
 }
 
@@ -110,9 +110,9 @@ impl fmt::Display for Event {
     }
 }
 
-/// Largest value of the order parameter, relative to its bound, of a start outside the event.
+/// Largest value of [`Event::value`] for a start outside the event.
 const OUTSIDE: f64 = 0.0;
-/// Smallest value of the order parameter of a start in the event.
+/// Smallest value of [`Event::value`] for a start in the event.
 const INSIDE: f64 = f64::MIN_POSITIVE;
 
 impl Event {
@@ -149,7 +149,7 @@ impl Event {
         matches!(self, Self::WrongPole | Self::WrongEvidence | Self::Undetermined)
     }
 
-    /// Returns the bound that the order parameter must exceed.
+    /// Returns the bound that the order parameter must exceed, in the unit of the order parameter.
     pub const fn bound(self) -> f64 {
         match self {
             Self::Error(bound) | Self::Moved(bound) | Self::PeakCurrent(bound) => bound,
@@ -157,8 +157,8 @@ impl Event {
         }
     }
 
-    /// Returns the order parameter less its bound: above zero exactly if the event happened, otherwise the more
-    /// negative, the further away the start was. Minus infinity if nothing shows the distance.
+    /// Returns the order parameter less its bound: above zero exactly if the event happened; otherwise zero or negative, and the more
+    /// negative, the further the start was from the event. Minus infinity if nothing shows the distance.
     pub fn value(self, record: &Record) -> f64 {
         let Ended::Outcome(outcome) = record.run.ended else { return f64::NEG_INFINITY };
         let run = &record.run;
@@ -193,7 +193,8 @@ fn beyond_sector(record: &Record) -> Option<f64> {
     Some(record.axis_error_deg()?.abs() - record.half_sector_deg().unwrap_or(0.0))
 }
 
-/// Clamps a distance to the right sign: above zero if the event happened, else zero or less.
+/// Limits the distance from an event to the sign that agrees with the outcome: above zero if the event happened, else zero or less.
+/// Infinite if the distance is unknown.
 fn beyond(happened: bool, distance: Option<f64>) -> f64 {
     match (happened, distance) {
         (true, distance) => distance.unwrap_or(f64::INFINITY).max(INSIDE),
@@ -201,7 +202,8 @@ fn beyond(happened: bool, distance: Option<f64>) -> f64 {
     }
 }
 
-/// Returns the evidence for the wrong pole, and the evidence that a decision needs.
+/// Returns the evidence for the wrong pole, and the evidence that a decision needs, both in standard deviations; none if the method reports
+/// no evidence. `north`: true angle of the magnet's north pole in rad.
 pub(crate) fn evidence(outcome: &Outcome<f64>, north: f64) -> Option<(f64, f64)> {
     let right = outcome.evidence_for(Angle::from_radians(north))?;
     let PoleEvidence { needed, .. } = outcome.findings().pole_evidence?;

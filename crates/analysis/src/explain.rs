@@ -23,7 +23,7 @@ pub struct Cause {
     pub key: String,
     /// Value drawn, in standard deviations of its distribution. None for an error with several draws.
     pub drawn: Option<f64>,
-    /// Record of the trial with this error at its mean and all else unchanged.
+    /// Record of the trial with this error at its mean and all other draws unchanged.
     pub without: Record,
     /// Increase of the axis error in degrees due to this error, averaged over the converter's rounding, with its 95 % interval;
     /// none if one of the trials has no axis.
@@ -48,7 +48,7 @@ pub struct Explained {
     pub tape: Tape,
 }
 
-/// Returns all sources of error, and the single errors that are set to their means one by one.
+/// Returns all sources of error, and their parts with their names: the single errors that are set to their means one at a time.
 fn parts(trials: &Trials<'_>) -> (Vec<Source>, Vec<(String, Source)>) {
     let sources = Source::drawn(trials);
     let parts = sources.iter().flat_map(|source| source.parts(&trials.scenario().faults)).collect();
@@ -63,10 +63,10 @@ impl Explained {
         1 + places * (parts(trials).1.len() as u64 + 2)
     }
 
-    /// Explains the trial of this number.
+    /// Explains trial number `trial` of the seed `seed`.
     ///
     /// # Errors
-    /// An invalid drawn value; an interruption.
+    /// A drawn value is invalid, or the computation was interrupted.
     pub fn of(
         trials: &Trials<'_>,
         seed: u64,
@@ -105,8 +105,7 @@ impl Explained {
 /// Number of offsets of the codes that are tried, a sixteenth of an LSB apart.
 const PLACES: u32 = 16;
 
-/// Returns the records of each tape with the codes shifted by each offset except zero; none for a scenario without
-/// converters.
+/// Returns, for each tape, its records with the codes shifted by each offset except zero; no records for a scenario without converters.
 fn shifted(
     trials: &Trials<'_>,
     tapes: &[Tape],
@@ -139,7 +138,7 @@ fn compared(as_it_was: [&Record; 2], shifted: [&[Record]; 2]) -> (Option<Estimat
     let turns = pairs().filter_map(|[a, b]| Some(turn(a.axis_error_deg()?, b.axis_error_deg()?)));
     let turns: Vec<f64> = turns.collect();
     let part = (turns.len() == count).then(|| mean(&turns));
-    // An end that it changes with most places of the codes is its doing, whatever the axis does.
+    // If an error changes the end at most offsets of the codes, the error is the cause, whatever the axis does.
     let within = 2 * differing <= count
         && count > 1
         && part.map_or(differ(as_it_was), |part| part.low <= 0.0 && 0.0 <= part.high);
@@ -192,7 +191,7 @@ fn apart(record: &Record, cause: &Cause) -> f64 {
 mod tests {
     use super::*;
 
-    /// End of a start by the check of the saliency.
+    /// Returns the record of a start whose detector requires at least this saliency.
     fn ended(least_saliency: f64) -> Record {
         let text = format!(
             "motor = \"paper-5k5\"\nerrors = \"none\"\n[detector]\nmethod = \"line-inductance-fast\"\n\

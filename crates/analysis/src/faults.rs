@@ -49,7 +49,8 @@ impl Allowed {
         }
     }
 
-    /// Returns the error in degrees of a dangerous answer: beyond the allowed error, or with the wrong pole.
+    /// Returns the error in degrees of a dangerous answer: beyond the allowed error, or with the wrong pole. None if the start has no
+    /// dangerous answer.
     pub(crate) fn danger(&self, record: &Record) -> Option<f64> {
         let miss = record.miss_deg()?;
         let wrong = record.pole_correct() == Some(false) || miss.abs() > self.error_deg;
@@ -101,7 +102,7 @@ pub fn trials_that_show(most: f64) -> u64 {
 pub struct Worst {
     /// Number of the trial.
     pub trial: u64,
-    /// Error of the start's answer in degrees.
+    /// Error of the start's answer in degrees, with its sign; for a sector, from the sector's border.
     pub error_deg: f64,
 }
 
@@ -116,7 +117,7 @@ pub struct Counts {
     pub beyond: u64,
     /// Number of answers with the wrong pole, which make the motor start backwards.
     pub wrong_pole: u64,
-    /// Numbers of starts without an answer, for each reason.
+    /// For each reason why a start has no answer, the number of starts.
     pub unanswered: BTreeMap<String, u64>,
     /// Number of unanswered starts that found the axis but not the pole.
     pub undetermined: u64,
@@ -171,7 +172,7 @@ impl Counts {
         (self.detected() > 0).then(|| self.reaction / self.detected() as f64)
     }
 
-    /// Adds a start; `without`: the record of the same start without the method's checks.
+    /// Adds a start. `with`: its record with the method's checks on; `without`: its record with the checks off, if they were run.
     fn add(&mut self, with: &Record, without: Option<&Record>, allowed: Allowed) {
         self.trials += 1;
         let tripped = has_tripped(with);
@@ -232,7 +233,8 @@ impl Counts {
 /// Key by which the checks of a method are switched off.
 pub const CHECKS: &str = "detector.checks";
 
-/// Runs the trials of a fault, with the method's checks and without them.
+/// Runs the trials of a fault with the method's checks and, if there is a plan `without` them, with the checks off. `name` is the key under
+/// which an interrupted study keeps its counts.
 ///
 /// # Errors
 /// A trial cannot be run, or the computation was interrupted.
@@ -260,9 +262,9 @@ pub fn study(
     )
 }
 
-/// Runs trials of a plan in blocks of `at_once`, side by side, and the same trials of the plan `without` checks, if
-/// there is one. Returns the result of `of` for each block: its arguments are the records of both plans in their order,
-/// the latter none without such a plan.
+/// Runs trials of a plan in blocks of `at_once`, side by side, and the same trials of the plan `without` checks, if there is one. Returns
+/// the result of `of` for each block. The arguments of `of` are the records of both plans in the order of the trials; the second list is
+/// empty if there is no second plan.
 ///
 /// # Errors
 /// A trial cannot be run, or the computation was interrupted.
@@ -305,7 +307,7 @@ pub(crate) fn records(
     Ok(records)
 }
 
-/// Returns the duration in s of the first start of a plan: of the one with number 0.
+/// Returns the duration in s of trial 0 of a plan.
 ///
 /// # Errors
 /// The trial cannot be run.
@@ -314,7 +316,7 @@ pub fn duration(plan: &Plan) -> Result<f64, FileError> {
     match records(plan, &scenario, 0..1) {
         Ok(records) => Ok(records.first().map_or(0.0, |record| record.run.duration.seconds())),
         Err(Halt::Failed(error)) => Err(error),
-        // Nothing stops it.
+        // Cannot happen: nothing stops the trial.
         Err(Halt::Stopped) => Ok(0.0),
     }
 }

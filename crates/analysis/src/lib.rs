@@ -1,4 +1,5 @@
-//! Analyses of a scenario that are computed from many trials.
+//! Analyses of a scenario that are computed from many trials. A trial is one simulated start: a detection at a drawn rotor angle, with
+//! drawn errors of drive and sensors.
 //!
 //! ```text
 //!   odds     P(event) down to one in a billion:  tape of standard normals ─► subset simulation, several runs ─► Odds
@@ -11,12 +12,13 @@
 //!   compare  methods side by side:              the same drives and angles    ─► Entry, with its Bound
 //!   check    whether a motor is suited:         candidates, what is demanded  ─► Suitability, with settings
 //! ```
-//! [`Bounds`] computes the Cramér–Rao limit: no unbiased method has a smaller error with the same excitation. [`paper`] has the
-//! paper's tables, audits them and simulates them.
+//! [`Bounds`] computes the Cramér–Rao limit: no unbiased method has a smaller error with the same excitation. [`paper`] has the tables of
+//! the paper from which this project started, audits them and simulates them.
 //!
-//! All analyses rest on one fact: a trial is a pure function of its draws, and the draws can be given on a [`Tape`]. The
-//! mathematics ([`mod@subset`], [`sobol`], [`bracket`]) is independent of motors: it works on any [`System`], a function of a vector
-//! of standard normals that grows as it is read. [`Trials`] makes such a system from a scenario.
+//! All analyses rest on one fact: a trial is a pure function of its random draws. A [`Tape`] holds the draws of one trial as standard
+//! normal numbers, so that an analysis can choose them. The mathematics ([`mod@subset`], [`sobol`], [`bracket`]) is independent of motors:
+//! [`mod@subset`] works on any [`System`], which is a function of a vector of standard normal numbers. [`Trials`] makes such a system from
+//! a scenario.
 //!
 //! [`Tape`]: standstill_sim::Tape
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]

@@ -6,11 +6,11 @@ use standstill_sim::{Adc, SensorSettings};
 
 use super::replay::{CHANNELS, LINK, Readings, Sample, TERMINAL, TIME};
 
-/// Relative threshold for a matrix scaled to a unit diagonal: a smaller eigenvalue, or less remaining information on
-/// the angle, counts as zero. It is the square of the relative error of the difference quotients.
+/// Relative threshold of the information matrix, scaled to a unit diagonal: a smaller eigenvalue, or a smaller share of the angle's
+/// information that remains, counts as zero. It is the square of the relative error of the difference quotients.
 const RANK: f64 = 1e-9;
 
-/// Largest value of this threshold, for readings whose difference quotients are less exact.
+/// Largest threshold in place of [`RANK`], for readings whose difference quotients are less exact.
 const MOST_RANK: f64 = 1e-3;
 
 /// Sensitivities of the readings to one parameter.
@@ -18,7 +18,7 @@ const MOST_RANK: f64 = 1e-3;
 pub struct Column {
     /// Derivatives ∂/∂p of the values of each sample, in their unit per unit of the parameter.
     pub slope: Vec<Sample>,
-    /// Numerical error of `slope`, per sample.
+    /// Numerical error of the derivatives of one sample, channel by channel.
     pub error: Sample,
 }
 
@@ -75,8 +75,8 @@ fn variance_of(noise: f64, adc: Option<Adc>, conversions: f64) -> f64 {
 }
 
 impl Noise {
-    /// Makes the noise model of these sensors. `dwell`: for each captured time, how many s later it would be per A of a
-    /// higher threshold. A value outside its converter's range does not count as a reading.
+    /// Makes the noise model of these sensors. `dwell`: the sensitivity in s/A of each captured time to the threshold. A value outside its
+    /// converter's range does not count as a reading.
     pub fn new(sensors: &SensorSettings, mut readings: Readings, slope: Vec<Sample>, dwell: &[f64]) -> Self {
         let current = variance_of(sensors.noise, sensors.adc, f64::from(sensors.oversampling.max(1)));
         let terminal = sensors.terminal.map_or(0.0, |of| variance_of(of.noise, of.adc, 1.0));
@@ -117,8 +117,9 @@ impl Noise {
         })
     }
 
-    /// Returns three rows of a parameter: its slopes times their weights, for each reading; the weighted product of its slopes and the
-    /// slopes over time, for each sample; and this product times `shared`, the jitter's factor of the sample.
+    /// Returns three rows for a parameter p, from which J is computed. The first has, for each reading, ∂x/∂p times the reading's weight.
+    /// The second has, for each sample, the weighted sum of ∂x/∂p ∂x/∂t over the channels. The third has this sum times `shared`, the
+    /// sample's factor for jitter.
     fn rows(&self, weights: &[Sample], shared: &[f64], column: &Column) -> [Vec<f64>; 3] {
         let flat = weights.as_flattened().iter().zip(column.slope.as_flattened());
         let weighted = flat.map(|(weight, slope)| weight * slope).collect();
@@ -157,7 +158,7 @@ impl Noise {
         self.readings.measured.iter().any(|measured| measured[channel])
     }
 
-    /// Returns the sensitivity of a channel to its sensor's gain, or of captured times to the clock.
+    /// Returns the sensitivity of a channel to its sensor's relative gain error, or of captured times to that of the timer's clock.
     pub fn gain(&self, channel: usize) -> Column {
         let slope = self.readings.value.iter().map(|value| only(channel, value[channel])).collect();
         Column { slope, error: [0.0; CHANNELS] }
@@ -249,7 +250,7 @@ impl Information {
         });
         let shared =
             DVector::from_fn(live.len(), |x, _| matrix[(live[x], 0)] / (scale(live[x]) * whole.sqrt()));
-        // What of the angle's information the others leave, as a share: Schur's complement.
+        // Share of the angle's information that the other unknown parameters leave: Schur's complement.
         let eigen = SymmetricEigen::new(among);
         let taken: f64 = eigen
             .eigenvalues
@@ -302,7 +303,7 @@ mod tests {
         assert!((information.deviation(&[]).powi(2) - variance(6.0)).abs() < 1e-15);
         let prior = Prior { place: 1, deviation: 0.5 };
         assert!((information.deviation(&[prior]).powi(2) - variance(6.0 + 0.25 * 4.0)).abs() < 1e-15);
-        // The same column twice is one unknown; the angle's own is its end.
+        // The same column twice counts as one unknown. A second column equal to the angle's leaves no information on the angle.
         let twice = Information::new(&noise, &[angle.clone(), other.clone(), other]);
         assert!((twice.deviation(&[]).powi(2) - variance(6.0)).abs() < 1e-12);
         assert!(Information::new(&noise, &[angle.clone(), angle.clone()]).deviation(&[]).is_infinite());

@@ -11,9 +11,10 @@ use super::replay::{CHANNELS, Sample, TERMINAL, TIME, replay};
 /// Parameters of motor and diodes that may be unknown besides the angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
-    /// L_A: an inductance that is added in series along d and q.
+    /// L_A, the mean inductance of a phase. It is changed by an inductance in series, equal along d and q.
     MeanInductance,
-    /// L_B: an inductance that is added along d and subtracted along q.
+    /// L_B, the variation of a phase's inductance over the angle. It is changed by an inductance in series, added along d and subtracted
+    /// along q.
     Saliency,
     /// Resistance R of all three phases.
     Resistance,
@@ -25,7 +26,7 @@ impl Unknown {
     /// All unknown parameters.
     pub const ALL: [Self; 4] = [Self::MeanInductance, Self::Saliency, Self::Resistance, Self::DiodeDrop];
 
-    /// Returns whether it is an inductance.
+    /// Returns true for the inductances L_A and L_B.
     pub const fn is_inductance(self) -> bool {
         matches!(self, Self::MeanInductance | Self::Saliency)
     }
@@ -52,9 +53,9 @@ pub enum Parameter {
 /// picoseconds.
 const OF_TIMES: f64 = 20.0;
 
-/// Error of a captured time in s.
+/// Numerical error in s of a captured time in the simulation.
 const TIME_ERROR: f64 = 0.2e-9;
-/// Error of a terminal's voltage as a share of the link's voltage.
+/// Numerical error of a terminal's voltage in the simulation, as a share of the link's voltage.
 const VOLTAGE_ERROR: f64 = 1e-9;
 
 /// Step of a comparator's offset as a share of the highest threshold.
@@ -65,7 +66,7 @@ fn highest(commands: &[Command<f64>]) -> Option<f64> {
     commands.iter().filter_map(|command| command.threshold).reduce(f64::max)
 }
 
-/// Parts of a changed plant that differ from the nominal plant's.
+/// The parts of a plant that a changed parameter may affect.
 struct Changed {
     motor: Motor,
     inverter: Inverter,
@@ -91,7 +92,8 @@ impl Parameter {
                 let nominal = motor.resistance;
                 (nominal, times * 2e-3 * nominal.max(0.01 * voltage / motor.rated_current))
             }
-            // Idle legs' diodes begin to conduct a little earlier or later: far from linear over tens of millivolts.
+            // A small step: over tens of millivolts the readings are far from linear, because diodes of idle legs begin to conduct earlier
+            // or later.
             Self::Motor(Unknown::DiodeDrop) => (inverter.bridge.devices.diode_drop, times * 1e-5 * voltage),
             Self::TurnOn(leg) => delay_step(inverter.gates[leg].turn_on_delay),
             Self::TurnOff(leg) => delay_step(inverter.gates[leg].turn_off_delay),
@@ -104,7 +106,7 @@ impl Parameter {
         let mut inverter = case.inverter.clone();
         let mut sensors = case.sensors;
         let mut start_angle = case.start_angle;
-        // Of the factor 3/2 in L_d and L_q.
+        // L_d = 3/2 (L_A + L_B) and L_q = 3/2 (L_A − L_B).
         let inductance = 1.5 * change;
         let delay = |from: Nanos| {
             let by = Nanos::from_seconds(change.abs());
@@ -132,8 +134,8 @@ impl Parameter {
         Changed { motor, inverter, sensors, start_angle }
     }
 
-    /// Computes ∂/∂p of all values of each sample: by central differences, or by one-sided second-order differences where the parameter would
-    /// become negative.
+    /// Computes ∂/∂p of all values of each sample: by central differences, or by one-sided second-order differences if the parameter would
+    /// become negative. `scale`: factor on the default step.
     pub fn column(self, case: &Case, commands: &[Command<f64>], scale: f64) -> Result<Column, RunError> {
         let (nominal, step) = self.step(case, commands);
         let step = match self {
@@ -163,7 +165,7 @@ impl Parameter {
                 }
             }
         }
-        // As many tolerances as a detection may add up.
+        // The integrator's errors may add up to a hundred tolerances in a detection.
         let current = 100.0 * case.tolerance.flux / case.motor.magnetics.inductance().smaller_eigenvalue();
         let mut error = [current; CHANNELS];
         error[TERMINAL..TIME].fill(VOLTAGE_ERROR * case.inverter.link.voltage);

@@ -71,7 +71,7 @@ impl Readings {
 
 impl Detector<f64> for Player<'_> {
     fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
-        // All samples after a trip show the time that was captured.
+        // All samples after a trip show the captured time; it counts once.
         let mut tick = Some(self.tick);
         for reading in readings {
             self.readings.add(reading, tick);
@@ -87,7 +87,7 @@ impl Detector<f64> for Player<'_> {
     }
 }
 
-/// Records the commands of a detector, whatever its outcome.
+/// Runs a detector on a plant and returns its commands, whatever its outcome; the error is that of a simulation that could not continue.
 pub fn record(case: &Case, detector: impl Detector<f64>) -> Result<Vec<Command<f64>>, RunError> {
     let mut recorder = Recorder { detector, commands: Vec::new() };
     let ended = run(case, &mut recorder, false, &mut NoProbe).ended;
@@ -99,7 +99,7 @@ fn player<'a>(case: &Case, commands: &'a [Command<f64>]) -> Player<'a> {
     Player { commands: commands.iter(), tick, readings: Readings::default() }
 }
 
-/// Returns what a run gave, if it came to its end.
+/// Returns `what` if the run came to its end, else the error that ended it.
 fn of_whole<T>(ended: &Ended<f64>, what: T) -> Result<T, RunError> {
     match ended {
         Ended::Outcome(_) => Ok(what),
@@ -121,14 +121,14 @@ pub fn replay_refereed(case: &Case, commands: &[Command<f64>]) -> Result<Reading
     of_whole(&ended, player.readings)
 }
 
-/// Replays commands on a plant and returns the events.
+/// Replays commands on a plant and returns the trace of the simulation's events, such as changes of conduction.
 pub fn watched(case: &Case, commands: &[Command<f64>]) -> Trace {
     let mut trace = Trace::new(f64::INFINITY);
     run(case, &mut player(case, commands), false, &mut trace);
     trace
 }
 
-/// Returns true if a leg has a duty cycle.
+/// Returns true if a command drives a leg by a duty cycle.
 pub fn has_pwm(command: &Command<f64>) -> bool {
     [Some(command.stage), command.then]
         .iter()
@@ -180,7 +180,7 @@ pub fn slope(
     reach: Nanos,
 ) -> Result<Vec<Sample>, RunError> {
     let (mut early, mut late) = (commands.to_vec(), commands.to_vec());
-    // Of each sample, whether it can be earlier and whether it can be later.
+    // For each sample: whether it can be earlier, and whether it can be later.
     let mut free = Vec::with_capacity(nominal.value.len());
     for (early, late) in early.iter_mut().zip(&mut late) {
         let Sampling { first, interval, count } = early.sampling;
@@ -197,7 +197,7 @@ pub fn slope(
     let mut take = |(at, (before, after)): (&Sample, &(bool, bool))| {
         let from = if *before { early.next()? } else { at };
         let to = if *after { late.next()? } else { at };
-        // A trip has its own instant.
+        // A captured time does not depend on the instant of the sample.
         let of = |k: usize| if k == TIME { 0.0 } else { (to[k] - from[k]) / (2.0 * reach.seconds()) };
         Some(std::array::from_fn(of))
     };

@@ -19,7 +19,7 @@ fn paper() -> Motor {
     built_in("paper-5k5").expect("built in")
 }
 
-/// On an ideal drive whose sensors have noise alone.
+/// Makes a scenario with an ideal drive, whose sensors have noise and no other error.
 fn noisy(method: MethodName, motor: Motor) -> Scenario<Method<f64>> {
     let mut scenario = Scenario::of_method(method, motor, ErrorSet::None, RotorState::Locked, 3);
     scenario.sensors.noise = NOISE;
@@ -52,13 +52,13 @@ fn rms<S: Settings<f64> + Sync>(bounds: Bounds<S>, angles: usize) -> Bound {
     )
 }
 
-/// One pulse a line, sampled once, so long before its end.
+/// One pulse on each line, sampled once, this long before its end.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ThreePulses {
     pub early: Nanos,
 }
 
-/// Sampled at its end.
+/// One pulse on each line, sampled at its end.
 const PULSES: ThreePulses = ThreePulses { early: Nanos::ZERO };
 
 pub(super) const PULSE: Nanos = Nanos::from_micros(80);
@@ -119,7 +119,7 @@ fn analytic_three_pulses_without_resistance() {
         let unknown = &[Unknown::MeanInductance, Unknown::Saliency];
         let got = at(Bounds { unknown, ..Bounds::new(&scenario) }, angle).scheme_deg.to_radians();
         assert!((got / expected - 1.0).abs() < 1e-5, "{angle}: {got} {expected}");
-        // Without resistance its first effect is that of L_A, and no diode conducts before a sample.
+        // Without resistance the first effect of V_D is that of L_A, and no diode conducts before a sample.
         let got = at(Bounds::new(&scenario), angle).scheme_deg.to_radians();
         assert!((got / expected - 1.0).abs() < 1e-4, "{angle}: {got} {expected}");
     }
@@ -139,7 +139,7 @@ fn golden_reference_figures() {
     let bound = rms(Bounds { interval: Some(Nanos::from_micros(100)), ..Bounds::new(&train) }, 7);
     near(bound.scheme_deg, 0.04310);
     near(all(&bound), 0.1358);
-    // At 10 µs the scheme has all the samples there are.
+    // With a sample every 10 µs the scheme takes all possible samples.
     let bound = at(Bounds::new(&train), 1.0);
     near(all(&bound), bound.scheme_deg);
     let train = likelihood(paper(), 400);
@@ -186,7 +186,7 @@ fn law_more_samples_and_better_sensors_never_raise_the_bound() {
         change(&mut other);
         at(Bounds::new(&other), 0.9)
     };
-    // What is made better is a lower bound, what is left out a higher one.
+    // Better sensors give a lower bound, omitted readings a higher one.
     assert!(with(|s| s.sensors.gain_error = 0.0).hybrid_deg < base.hybrid_deg);
     assert!(with(|s| s.sensors.offset = 0.0).hybrid_deg < base.hybrid_deg);
     assert!(with(|s| s.drive.delay_mismatch *= 0.5).hybrid_deg < base.hybrid_deg);
@@ -228,7 +228,7 @@ fn law_what_does_not_show_the_rotor_has_no_bound() {
         let bound = at(Bounds::new(&scenario), 0.7);
         assert!(bound.scheme_deg.is_infinite() && all(&bound).is_infinite(), "{bound:?}");
     }
-    // A method that moves the rotor away does not look for where it was; injection has nothing before its PWM.
+    // A method that moves the rotor does not estimate its initial angle; an injection has no commands before its PWM.
     let scenario = noisy(MethodName::DcAlignment, paper());
     assert_eq!(Bounds::new(&scenario).at(0.0), Ok(None));
     let scenario = noisy(MethodName::HfiRotating, paper());
@@ -259,8 +259,8 @@ fn law_a_map_of_a_core_has_the_bound_of_the_core() {
     assert!((map.scheme_deg / formula.scheme_deg - 1.0).abs() < 1e-3, "{map:?} {formula:?}");
 }
 
-/// Share of the bound's variance in the measured mean square. Without saturation the method's model is exact: all of its
-/// error is the noise's.
+/// Returns the bound's variance divided by the measured mean square error. Without saturation the method's model is exact, so its whole
+/// error comes from the noise.
 fn efficiency(micros: u64, trials: u64) -> f64 {
     let scenario = likelihood(paper().linearised(), micros);
     let sparse = Bounds { interval: Some(Nanos::from_micros(1000)), ..Bounds::new(&scenario) };
@@ -273,7 +273,7 @@ fn efficiency(micros: u64, trials: u64) -> f64 {
     bound * bound * trials as f64 / errors.iter().map(|error| error * error).sum::<f64>()
 }
 
-/// The largest that four standard deviations of a mean of squares explain.
+/// Largest ratio that four standard deviations of a mean of squares explain.
 fn most(trials: u64) -> f64 {
     1.0 + 4.0 * (2.0 / trials as f64).sqrt()
 }
@@ -294,8 +294,8 @@ fn law_maximum_likelihood_reaches_the_bound_with_long_pulses() {
 
 #[test]
 fn regress_an_adaptive_method_is_recorded_with_noise() {
-    // Without noise it is certain too soon: its last and longest pulses are missing, and the bound is above what the
-    // method reaches where there is noise (0.059° measured). Noise lets it go on in about a quarter of all trials.
+    // Without noise the method is certain too soon: its last and longest pulses are missing, and the bound is above the error that the
+    // method reaches with noise (0.059° measured). With noise it continues in about a quarter of all trials.
     let method = MethodName::MaximumLikelihoodAdaptive;
     let scenario = Scenario::of_method(method, paper(), ErrorSet::Default, RotorState::Locked, 1);
     let quiet = at(Bounds::new(&scenario), 0.5);

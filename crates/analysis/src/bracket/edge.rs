@@ -9,8 +9,8 @@ pub struct Edge {
     pub side: Side,
     /// Last value at which the limits hold.
     pub value: f64,
-    /// 95 % interval of the edge. The end inside the stretch is `None` if at no tried value the limits surely hold, the
-    /// end outside if at none they surely fail.
+    /// Lower and upper end of the edge's 95 % interval. The end inside the stretch is `None` if the limits surely hold at no tried value;
+    /// the end outside, if they surely fail at none.
     pub interval: [Option<f64>; 2],
     /// True if the interval is as narrow as requested.
     pub narrow: bool,
@@ -79,7 +79,7 @@ impl Search {
             } else {
                 None
             };
-            // Up to where it was seen not to hold: what lies between was not looked at.
+            // The outer end is a value at which the limits surely fail: values before it were not tried.
             let outer = self.turn(looks, places, end, trials, View::Good)?;
             let outer = if self.whole { outer.next.and(outer.last) } else { outer.next };
             let [inner, outer] = [inner, outer].map(|place| place.map(|place| self.at(place)));
@@ -105,7 +105,7 @@ impl Search {
 
     /// Returns the number of trials of the next attempt; `needed`: forecast of the number that suffices.
     fn more(&self, trials: u64, needed: Option<u64>) -> u64 {
-        // What is forecast from few trials is no more than a guess.
+        // A forecast from few trials is a guess, so the next number is limited to sixty times the present one.
         let most = trials.saturating_mul(60);
         let next = needed.map_or(trials * 4, |needed| needed + needed / 10).clamp(2 * trials, most);
         next.max(self.sure_from.saturating_mul(2).min(most)).min(self.most)
@@ -138,14 +138,14 @@ impl Search {
         trials: u64,
         view: View,
     ) -> Result<Turn, E> {
-        // By how much it holds: the logarithm of the share, up to zero.
+        // The margin is the logarithm of the largest ratio: up to zero where the limits hold.
         let mut look = |place: f64| -> Result<(bool, f64), E> {
             let look = looks.at(place, trials)?;
             Ok(look.map_or((false, f64::INFINITY), |look| {
                 (look.holds(view), standstill_numeric::ln(look.worst(view)))
             }))
         };
-        // Outwards while it is still true, inwards until it is.
+        // Go outwards while the condition still holds, then inwards until it holds.
         let mut outside = end;
         let mut bad = loop {
             let Some(place) = places.get(outside) else {
@@ -204,7 +204,7 @@ fn guess(good: (f64, f64), bad: (f64, f64), close: f64) -> Option<f64> {
     }
     let apart = bad.0 - good.0;
     let aside = if crossing < 0.5 { 0.4 * close } else { -0.4 * close };
-    // Not at the ends, which are known.
+    // The ends of the bracket were tried already.
     let [least, most] = [0.4 * close / apart, 1.0 - 0.4 * close / apart];
     let at = (crossing + aside / apart).clamp(least.min(0.5), most.max(0.5));
     Some(good.0 + at * apart)

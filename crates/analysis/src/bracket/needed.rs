@@ -21,7 +21,7 @@ impl Search {
         let seen: Vec<(f64, &Look)> = looks
             .known
             .values()
-            // What fewer trials left open was looked at again where it matters.
+            // Results of fewer trials count only if they are clear: where it matters, unclear ones were replaced.
             .filter(|(_, asked, look)| {
                 *asked >= trials || look.as_ref().is_some_and(|look| look.clear.is_some())
             })
@@ -63,8 +63,8 @@ fn is_within(x: f64, edge: f64, side: Side) -> bool {
     if side == Side::Largest { x <= edge } else { x >= edge }
 }
 
-/// Returns one end of the worst ratio's forecast interval after this number of trials. A result that is already clear
-/// stays clear.
+/// Returns one end (0: lower, 1: upper) of the largest ratio's forecast interval after this number of trials, which is forecast `number`. A
+/// result that is already clear stays clear.
 fn share(look: &Look, number: usize, end: usize, trials: u64) -> f64 {
     match look.clear {
         Some(kept) if trials >= look.trials => {
@@ -75,7 +75,8 @@ fn share(look: &Look, number: usize, end: usize, trials: u64) -> f64 {
     }
 }
 
-/// Returns the position at which the ratio crosses 1 while it falls (if `falls`) or rises.
+/// Returns the value at which a ratio crosses 1 for the first time on the way through the looks: from above if `falls`, else from below.
+/// The value is interpolated between two looks; none if the ratio does not cross 1.
 fn crossing(looks: &[(f64, &Look)], share: impl Fn(&Look) -> f64, falls: bool) -> Option<f64> {
     let beyond = |share: f64| (share <= 1.0) == falls;
     let number = looks.iter().position(|(_, look)| beyond(share(look)))?;
@@ -83,7 +84,7 @@ fn crossing(looks: &[(f64, &Look)], share: impl Fn(&Look) -> f64, falls: bool) -
     let Some(before) = number.checked_sub(1) else { return Some(x) };
     let (from_x, from) = (looks[before].0, share(looks[before].1));
     let part = ln(from) / ln(from / to);
-    // What is beyond every bound, or zero, lies anywhere between.
+    // A ratio of zero or infinity cannot be interpolated: take the middle.
     let part = if part.is_finite() { part.clamp(0.0, 1.0) } else { 0.5 };
     Some(from_x + part * (x - from_x))
 }

@@ -76,7 +76,7 @@ impl Search {
                 *sure = (look.holds(View::Bad), !look.holds(View::Good));
             }
         }
-        // What may hold parts no stretches.
+        // Join two stretches unless the limits surely fail at a value between them.
         let stretches = of(scan);
         for pair in stretches.windows(2) {
             let gap = pair[0].end..pair[1].start;
@@ -84,7 +84,7 @@ impl Search {
                 gap.for_each(|k| scan[k].1 = true);
             }
         }
-        // What may not hold is none, unless all are so; then the widest is.
+        // Drop uncertain stretches; if all are uncertain, keep the widest.
         let stretches = of(scan);
         let is_sure = |part: &Range<usize>| part.clone().any(|k| sure[k].0);
         let widest = stretches.iter().rev().max_by_key(|part| part.len()).cloned();

@@ -1,4 +1,4 @@
-//! Edges that are known.
+//! The search on functions whose edges are known.
 
 use std::convert::Infallible;
 
@@ -14,7 +14,7 @@ const SEARCH: Search = Search {
     whole: false,
 };
 
-/// Of measures over their limits that are known to 3/√trials of the limit.
+/// Makes the look of measures, as ratios to their limits, with intervals of ± 3/√trials.
 fn look(measures: &[f64], trials: u64) -> Look {
     let half = |trials: f64| 3.0 / trials.sqrt();
     let worst = measures.iter().copied().fold(0.0, f64::max);
@@ -77,7 +77,7 @@ fn analytic_the_largest_and_the_smallest_value_are_found() {
 
 #[test]
 fn law_an_interval_holds_an_edge_that_is_known_for_certain() {
-    // Without any doubt in the judgements the edge lies between the last value that held and the next that did not.
+    // Without any doubt in the judgements the edge lies between the last value that holds and the next one that does not.
     for (side, at) in [(Side::Largest, 3.0), (Side::Smallest, 0.3)] {
         let holds = |value: f64| if side == Side::Largest { value <= at } else { value >= at };
         let edge = edge(judged(&SEARCH, |value| if holds(value) { 0.0 } else { 1e9 }));
@@ -105,7 +105,7 @@ fn analytic_what_holds_between_two_values_has_both_edges_and_what_binds_at_each(
             [Side::Smallest, Side::Largest]
         );
     }
-    // What keeps one limit nowhere keeps the other has no stretch between.
+    // If one limit holds nowhere, there is no stretch between the values that keep the other.
     assert_eq!(judged_by(&SEARCH, |value| vec![2.0 / value, value]).0, Found::Nowhere);
 }
 
@@ -118,7 +118,7 @@ fn law_what_binds_may_be_starts_without_an_answer_or_that_a_value_cannot_be() {
     };
     let Ok(found) = SEARCH.find(&mut judge);
     assert_eq!(edge(found).bound, Bound::Unanswered);
-    // Between two values of the scan of which the second cannot be there is no edge that was seen.
+    // If the second of two neighbouring values is invalid, no edge was seen between them.
     let mut judge =
         |value: f64, trials: u64| Ok::<_, Infallible>((value < 1.1).then(|| look(&[value / 10.0], trials)));
     let Ok(found) = SEARCH.find(&mut judge);
@@ -189,7 +189,7 @@ fn analytic_the_trials_that_are_needed_are_those_with_which_the_interval_is_narr
 fn law_a_look_is_no_longer_than_it_must_be_and_no_value_is_looked_at_twice() {
     let (found, asked) = judged_by(&SEARCH, |value| vec![value / 3.0]);
     let last = edge(found).trials;
-    // With the most trials are three ends, each in a few looks; by halving alone they would be some twenty.
+    // Only three ends take the most trials, each in a few looks; by bisection alone they would take some twenty.
     let closest = asked.iter().filter(|(_, trials)| *trials == last).count();
     assert!((6..=14).contains(&closest), "{closest} of {asked:?}");
     let mut once: Vec<(u64, u64)> = asked.iter().map(|(value, trials)| (value.to_bits(), *trials)).collect();

@@ -18,6 +18,7 @@ pub struct Source {
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
+/// The random inputs of a start that belong to a source.
 enum Of {
     /// Random draws of a trial: their purpose, name and indices.
     Draws {
@@ -76,8 +77,8 @@ impl Source {
         self.of == Of::Codes
     }
 
-    /// Lists the errors that trials draw with a spread above zero: of sensors, drive and brake, and the motor's tolerances. The
-    /// resolver's error is left out, because a detection does not depend on it.
+    /// Lists the sources that trials draw with a spread above zero: errors of sensors, drive and brake, faults, and the motor's tolerances.
+    /// The resolver's error is left out, because a detection does not depend on it.
     pub(crate) fn drawn(trials: &Trials<'_>) -> Vec<Self> {
         let scenario = trials.scenario();
         let source = |key: &str, purpose, name: &str, range| Self {
@@ -99,8 +100,8 @@ impl Source {
         sources
     }
 
-    /// Returns the parts of the source, each with its name. There is one part per draw, except for errors of samples,
-    /// for the phase of the ripple and for the remanence, whose draws stay together. `faults`: those of the scenario.
+    /// Returns the parts of the source, each with its name in words. Each draw is a part of its own, except that the errors of all samples,
+    /// the draws of the ripple's phase and those of the remanence stay together. `faults`: the scenario's faults.
     pub(crate) fn parts(&self, faults: &[FaultSettings]) -> Vec<(String, Self)> {
         let Of::Draws { purpose, name, range } = &self.of else { return Vec::new() };
         let together = of_samples(*purpose) || matches!(purpose, Purpose::Ripple | Purpose::Memory);
@@ -130,7 +131,7 @@ impl Source {
         (range.len() == 1).then(|| tape.normals_named(*purpose, name).get(range.start).copied())?
     }
 
-    /// Returns start `a` with this source's draws taken from start `b`. Draws that only `a` needs are drawn anew.
+    /// Returns start `a` with this source's draws taken from start `b`. If the trial reads more draws than `b` has, it draws them anew.
     pub(super) fn mixed(&self, a: &Start, b: &Start) -> Start {
         let mut mixed = a.clone();
         let Of::Draws { purpose, name, range } = &self.of else { return Start { codes: b.codes, ..mixed } };
@@ -178,7 +179,7 @@ impl Source {
     fn silence(&self, tape: &mut Tape, longest: &Lengths) {
         let Of::Draws { purpose, name, range } = &self.of else { return };
         let draws = if of_samples(*purpose) {
-            // Without it a detector may look more often; four times as often is more than any does.
+            // Without its noise a detector may sample more often, but never four times as often.
             let place = SAMPLED.iter().position(|sampled| sampled == purpose).unwrap_or(0);
             0..4 * longest[place]
         } else {

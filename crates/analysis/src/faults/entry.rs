@@ -7,7 +7,7 @@ use toml::Value;
 
 use super::CHECKS;
 
-/// Time in s for which a contact opens that opens for an instant.
+/// Time in s for which a contact opens in an entry that begins [`Begins::Briefly`].
 const INSTANT: f64 = 50e-6;
 
 choice! {
@@ -22,14 +22,14 @@ choice! {
     }
 }
 
-/// Faults of the study that a drive has at once: their modes, and their sizes as the scenario's keys have them.
+/// One entry of a study of faults: one or two faults that a drive has at once, or none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// The modes: one or two; none for the drive without a fault.
+    /// The failure modes: one or two; empty for the drive without a fault.
     pub modes: Vec<FaultMode>,
-    /// When they begin.
+    /// When the faults begin.
     pub begins: Begins,
-    /// Keys of the scenario that make the faults, as on the command line.
+    /// Keys of the scenario that make the faults, such as `faults.0.mode`, with their values.
     pub keys: Vec<(String, Value)>,
 }
 
@@ -39,23 +39,24 @@ impl Entry {
         Self { modes: Vec::new(), begins: Begins::Before, keys: Vec::new() }
     }
 
-    /// Returns the mode of an entry of one fault alone.
+    /// Returns the failure mode if the entry has exactly one fault.
     pub fn single(&self) -> Option<FaultMode> {
         if let [mode] = self.modes[..] { Some(mode) } else { None }
     }
 
-    /// Returns the mode of a fault alone that was there before the detection, to which a failure rate belongs.
+    /// Returns the failure mode if the entry has exactly one fault and the fault is there before the detection. Failure rates apply to
+    /// these entries alone.
     pub fn weighed(&self) -> Option<FaultMode> {
         self.single().filter(|_| self.begins == Begins::Before)
     }
 
-    /// Returns the names of the modes; none for the drive without a fault.
+    /// Returns the names of the failure modes, joined by ` + `; none for the drive without a fault.
     pub fn name(&self) -> Option<String> {
         let names: Vec<&str> = self.modes.iter().map(|mode| mode.name()).collect();
         (!names.is_empty()).then(|| names.join(" + "))
     }
 
-    /// Makes the entry of two faults in their usual sizes, behind the `before` faults that a scenario has.
+    /// Makes the entry of two faults with their typical sizes, after the `before` faults that the scenario already has.
     pub fn pair(modes: [FaultMode; 2], scenario: &Scenario<Method<f64>>, before: usize) -> Self {
         let [mut first, second] = [0, 1].map(|k| Self::usual(modes[k], scenario, before + k));
         first.modes.extend(second.modes);
@@ -84,8 +85,8 @@ impl Entry {
         Self { modes: vec![mode], begins: Begins::Before, keys }
     }
 
-    /// Returns the ways in which a fault may begin, as a study has them: before the detection, at some time during it, and, of a wire, as a contact
-    /// that opens for an instant.
+    /// Iterates over the times at which a study lets a fault of this mode begin: before the detection; during the detection, if the mode
+    /// can begin then; and for an open phase also during the detection for 50 µs.
     pub fn ways(mode: FaultMode) -> impl Iterator<Item = Begins> {
         Begins::ALL.into_iter().filter(move |begins| match begins {
             Begins::Before => true,
@@ -94,7 +95,7 @@ impl Entry {
         })
     }
 
-    /// Returns the entry with the keys of its onset, in a detection that takes so many s.
+    /// Returns the entry with the keys that set the onset of its fault, drawn between 0 and `duration`: the duration of a detection in s.
     ///
     /// ```
     /// use std::path::Path;
@@ -134,7 +135,7 @@ impl Entry {
     /// checks has no second plan.
     ///
     /// # Errors
-    /// The drive cannot have the fault, or is invalid without the checks.
+    /// The scenario is invalid with the fault, or without the checks.
     pub fn plans(&self, plan: &Plan, document: &Document) -> Result<(Plan, Option<Plan>), FileError> {
         let mut broken = document.clone();
         for (key, value) in &self.keys {
@@ -151,7 +152,7 @@ impl Entry {
     }
 }
 
-/// Rounds a number to three digits.
+/// Rounds a number to three significant digits.
 fn significant(number: f64) -> f64 {
     if number == 0.0 {
         return 0.0;

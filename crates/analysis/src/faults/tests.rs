@@ -1,4 +1,4 @@
-//! Trials in blocks, side by side.
+//! Trials that run in blocks, side by side.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -20,7 +20,7 @@ fn linear() -> Motor {
     motor
 }
 
-/// On an ideal drive that reads no current.
+/// Makes a scenario with an ideal drive that reads no current.
 fn blind(method: MethodName, motor: Motor) -> Scenario<Method<f64>> {
     let mut scenario = Scenario::of_method(method, motor, ErrorSet::None, RotorState::Locked, 3);
     scenario.sensors.arrangement = Arrangement::None;
@@ -83,7 +83,7 @@ fn analytic_times_to_a_threshold_of_a_linear_motor() {
             }
             let got = at(Bounds { unknown: &[], ..Bounds::new(&scenario) }, angle);
             assert!((got.scheme_deg.to_radians() * known.sqrt() - 1.0).abs() < 1e-3, "{angle}: {got:?}");
-            // Between two trips nothing is read on such a drive.
+            // Between two trips such a drive has no readings.
             assert_eq!(got.all_deg, Some(got.scheme_deg));
             let expected =
                 information.try_inverse().expect("three directions tell three numbers")[(0, 0)].sqrt();
@@ -110,7 +110,7 @@ fn law_what_all_times_have_in_common_costs_little_and_own_comparators_much() {
     assert!(own > 1.5 * common, "{own} {common}");
 }
 
-/// One pulse a line, the terminal that floats read before its end, where the legs still drive.
+/// One pulse on each line. The floating terminal is read before the pulse ends, while the other two legs still drive.
 const PULSES: ThreePulses = ThreePulses { early: Nanos::from_micros(2) };
 
 #[test]
@@ -179,8 +179,8 @@ fn law_the_open_terminal_comes_near_the_bound_of_its_voltages_and_never_below() 
     else {
         panic!("another method")
     };
-    // Terminals without a capacitance do not swing. What the bound has before the method: the decay's samples, as many as the pulse's,
-    // and the driven terminals' voltages, whose noise makes that of the difference half as large again. Together √3.
+    // Terminals without a capacitance do not oscillate. The bound uses more than the method: the samples of the decay, as many as those of
+    // the pulse, and the voltages of the driven terminals, whose noise makes that of the difference half as large again. Together √3.
     settings.settle = Nanos::ZERO;
     scenario.detector = Method::OpenTerminal(settings);
     let (rms, bound) = measured(&scenario, 2000);
