@@ -68,7 +68,7 @@ const NAMES: [(&str, Measure); 10] = [
     ("peak_current", Measure::PeakCurrent),
 ];
 
-/// Largest distance from an answer of a start with an axis but no pole. A start without an axis is further away.
+/// Largest distance from an answer ([`distance`]) of a start with an axis but no pole. A start without an axis is further away.
 const FAR: f64 = 10.0;
 
 /// Returns how far a start is from an answer: the logarithm of the factor by which its evidence falls short. For a
@@ -109,10 +109,11 @@ impl Measure {
         }
     }
 
-    /// Returns the contribution of a start to the measure.
+    /// Returns the contribution of a start to the measure, in the measure's unit; 0 or 1 for a share. It is infinite for a start without an
+    /// answer, except for the distance.
     fn of(self, record: &Record) -> f64 {
         let answered = record.verdict() == Ending::Found;
-        // Without an answer infinite, whatever is measured.
+        // Whatever is measured: infinite without an answer.
         let unless = |value: f64| if answered { value } else { f64::INFINITY };
         let flag = |is: bool| unless(f64::from(u8::from(is)));
         match self {
@@ -128,20 +129,21 @@ impl Measure {
         }
     }
 
-    /// Returns the estimate for a search that compares settings on common random numbers. The interval of a root mean
-    /// square then covers only the observed errors, not starts without an answer that are possible but were not
+    /// Estimates the measure from the contributions of the starts, for a search that compares settings on common random numbers. The
+    /// interval of a root mean square then covers only the observed errors, not starts without an answer that are possible but were not
     /// observed.
     pub(crate) fn seen(self, values: Vec<f64>) -> Estimate {
         if self == Self::Rms { rms::seen(&values) } else { self.estimate(values) }
     }
 
-    /// Returns the measure over the starts with its 95 % interval.
+    /// Estimates the measure from the contributions of the starts, with its 95 % interval.
     pub(crate) fn estimate(self, values: Vec<f64>) -> Estimate {
         let count = values.len() as f64;
         self.estimates(values, &[count])[0]
     }
 
-    /// Returns the measure with the 95 % interval that it would have after each of these numbers of similar trials.
+    /// Estimates the measure from the contributions of the starts, with the 95 % interval that it would have after each of these numbers of
+    /// similar trials.
     fn estimates(self, mut values: Vec<f64>, trials: &[f64]) -> Vec<Estimate> {
         let mut quantiles = |share: f64| {
             values.sort_by(f64::total_cmp);
@@ -165,8 +167,8 @@ impl Measure {
         }
     }
 
-    /// Returns the measure over the starts with an answer. It takes all starts if no start has an answer, or if the
-    /// measure is the share of starts without an answer.
+    /// Returns the measure over the starts with an answer, from the contributions of all starts. It is over all starts if no start has an
+    /// answer, or if the measure is the share of starts without an answer.
     fn answered(self, values: &[f64]) -> f64 {
         let answered: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
         if answered.is_empty() || self == Self::Unanswered {
@@ -176,21 +178,21 @@ impl Measure {
     }
 }
 
-/// Returns the share `count / all` with the exact interval that it would have after `trials` similar trials.
+/// Returns the share `count / all` with the exact 95 % interval that it would have after `trials` similar trials.
 fn share(count: usize, all: usize, trials: f64) -> Estimate {
     let value = count as f64 / all as f64;
     let found = binomial_interval(whole((value * trials).round()), whole(trials.round()));
     Estimate { value, low: found.low.min(value), high: found.high.max(value) }
 }
 
-/// Returns the quantile `share` (such as 0.95) of sorted non-negative values, with the interval that it would have after `trials`
+/// Returns the quantile `share` (such as 0.95) of sorted non-negative values, with the 95 % interval that it would have after `trials`
 /// similar trials.
 fn quantile(values: &[f64], share: f64, trials: f64) -> Estimate {
     let count = values.len() as f64;
     let [value, ..] = quantile_ranks(share, values.len() as u64);
     let [_, low, high] = quantile_ranks(share, whole(trials.round()));
     let at = |rank: u64| usize::try_from(rank).ok().and_then(|rank| values.get(rank).copied());
-    // A rank among that many trials is as far up among these.
+    // Converts a rank among `trials` values to the rank with the same share among the values given.
     let here = |rank: u64| whole((rank as f64 + 0.5) * count / trials);
     let end = |rank: Option<u64>| rank.map(here).and_then(at);
     Estimate {
@@ -220,8 +222,8 @@ impl Limits {
     }
 }
 
-/// Limits of which some are relative: their bound is the value that the initial settings reach (`moved <= start,
-/// unanswered <= 0.1 %`).
+/// Limits of which some are relative: `moved <= start, unanswered <= 0.1 %`. Each entry has the measure and its largest allowed value in
+/// the measure's unit; none for a relative limit, whose largest allowed value is the measure at the initial settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject(pub Vec<(Measure, Option<f64>)>);
 
@@ -249,7 +251,7 @@ fn joined(f: &mut fmt::Formatter<'_>, limits: impl Iterator<Item = (Measure, Opt
     Ok(())
 }
 
-/// Contributions of the starts to each of several limited measures.
+/// Contributions of the starts to each of several limited measures: for an rms the error of each start, for a share 0 or 1.
 #[derive(Clone, Debug)]
 pub struct Tally {
     limits: Limits,
@@ -279,18 +281,18 @@ impl Tally {
         self.values
     }
 
-    /// Contributions of each start, limit by limit.
+    /// Returns the contributions: one list for each limit, with one number for each start, in the measure's unit.
     pub fn values(&self) -> &[Vec<f64>] {
         &self.values
     }
 
-    /// Returns the measures with their 95 % intervals, limit by limit.
+    /// Returns the measures in their units with their 95 % intervals, one for each limit.
     pub fn estimates(&self) -> Vec<Estimate> {
         let both = self.limits.0.iter().zip(&self.values);
         both.map(|(limit, values)| limit.measure.estimate(values.clone())).collect()
     }
 
-    /// Returns the measures as a search compares them, limit by limit.
+    /// Returns the measures as a search compares them (`Measure::seen`), one for each limit.
     pub(crate) fn seen(&self) -> Vec<Estimate> {
         let both = self.limits.0.iter().zip(&self.values);
         both.map(|(limit, values)| limit.measure.seen(values.clone())).collect()
@@ -308,9 +310,8 @@ impl Tally {
         }
     }
 
-    /// Returns the measures divided by their limits, with forecasts for more trials. The result counts as clear if
-    /// already a quarter of the trials, whose intervals are twice as wide, would surely show it. A look that ends as
-    /// soon as the result is clear is then rarely wrong.
+    /// Returns the ratios of the measures to their limits, with forecasts for more trials. The result counts as clear if a quarter of the
+    /// trials, whose intervals are twice as wide, would already show it surely. If the trials then end, the result is rarely wrong.
     pub fn look(&self) -> Look {
         let count = self.count() as f64;
         let then: Vec<f64> =

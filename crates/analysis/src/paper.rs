@@ -1,4 +1,5 @@
-//! The paper's published tables, their audit, and their simulation.
+//! The published tables of the paper, their audit and their simulation. The paper is: Chen Cheng and Tao Ze'an, *On-Line Detection Method
+//! for Initial Rotor Position Angle of Permanent Magnet Synchronous Motor*, 2019, article 1673-6540(2019)06-0102-04.
 
 mod audit;
 mod simulate;
@@ -11,11 +12,11 @@ pub use simulate::{SimulatedRow, simulate};
 pub struct Table1Row {
     /// Line inductances L_AB, L_BC, L_CA in mH.
     pub lines_mh: [f64; 3],
-    /// 2θ in degrees.
+    /// Twice the electrical rotor angle, 2θ, in degrees.
     pub twice_deg: f64,
 }
 
-/// One row of Table 2 as printed.
+/// One row of Table 2 as printed: the polarity test and the error. All angles are electrical.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Table2Row {
     /// The two candidates for the rotor angle in degrees.
@@ -30,7 +31,7 @@ pub struct Table2Row {
     pub error_deg: f64,
 }
 
-/// Table 1 of the paper.
+/// Table 1 of the paper: line inductances and the angle computed from them.
 pub const TABLE_1: [Table1Row; 5] = [
     Table1Row { lines_mh: [33.6, 27.6, 18.8], twice_deg: 83.8 },
     Table1Row { lines_mh: [28.7, 31.3, 22.5], twice_deg: 120.4 },
@@ -47,7 +48,7 @@ const fn row(
     Table2Row { candidates_deg, current_a, identified_deg, measured_deg, error_deg }
 }
 
-/// Table 2 of the paper.
+/// Table 2 of the paper: polarity test and error, in the order of Table 1's rows.
 pub const TABLE_2: [Table2Row; 5] = [
     row([41.9, 221.9], [8.17, 7.68], [41.9, 43.2, -1.3]),
     row([60.2, 240.2], [8.14, 8.49], [240.2, 241.6, -1.4]),

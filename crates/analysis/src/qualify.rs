@@ -26,7 +26,7 @@ pub use self::not_modelled::NOT_MODELLED;
 use crate::faults::{Allowed, Entry, in_blocks};
 use crate::{Halt, Watch};
 
-/// Number of trials at the first look.
+/// Number of trials at the first look: after this number the claims are tested for the first time.
 const FIRST: u64 = 64;
 /// Factor of the number of trials from one look to the next.
 const MORE: f64 = 1.25;
@@ -34,7 +34,7 @@ const MORE: f64 = 1.25;
 /// Number of trials that a thread runs at a time.
 const AT_ONCE: u64 = 64;
 
-/// A combination of settings; the same trials judge all its claims.
+/// A combination of settings, and of a fault if there is one, in which requirements are judged. The same trials judge all claims of a case.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Keys of the scenario that the requirements set.
@@ -50,7 +50,9 @@ pub struct Case {
     plan: Plan,
     /// The plan with the method's checks off.
     without: Option<Plan>,
+    /// Rated current of the motor in A.
     rated: f64,
+    /// Limits beyond which an answer is dangerous.
     allowed: Allowed,
 }
 
@@ -60,7 +62,8 @@ impl Case {
         self.settings == settings && self.fault.as_ref().and_then(Entry::single) == fault
     }
 
-    /// Adds the claims of a requirement to the case.
+    /// Adds the claims of a requirement to the case. `number`: index of the requirement; `unanswered`: largest share of starts without an
+    /// answer, for requirements that a method could meet by giving no answers.
     fn claim(&mut self, number: usize, requirement: &Requirement, unanswered: f64) {
         let demand = requirement.demand;
         let claimed = match demand.what {
@@ -108,7 +111,7 @@ impl Case {
         &self.plan
     }
 
-    /// Runs trials until all claims of these requirements are decided or have reached their largest number of trials.
+    /// Runs trials until all claims of the requirements selected by `is_asked` are decided or have reached their largest number of trials.
     fn judge(&mut self, watch: &dyn Watch, is_asked: &dyn Fn(usize) -> bool) -> Result<(), Halt<FileError>> {
         let mut most: Vec<u64> = self.claims.iter().map(|claim| claim.most).collect();
         most.sort_unstable();
@@ -118,7 +121,7 @@ impl Case {
             if !self.claims.iter().any(open) {
                 return Ok(());
             }
-            // Looks are the same whatever else is claimed, and whichever requirements are asked.
+            // The numbers of trials at which claims are tested depend neither on other claims nor on the requirements selected.
             look = if done < look { look } else { next(look) };
             let limit = most.iter().copied().find(|most| *most > done).unwrap_or(look);
             let to = look.min(limit);
@@ -136,7 +139,7 @@ impl Case {
         }
     }
 
-    /// Runs these trials and returns their results for each claim.
+    /// Runs these trials, or reads their stored results, and returns the results for each claim.
     fn part(&self, trials: std::ops::Range<u64>, watch: &dyn Watch) -> Result<Vec<Seen>, Halt<FileError>> {
         let claims: Vec<Claimed> = self.claims.iter().map(|claim| claim.claimed).collect();
         let key = format!("{} trials {trials:?}: {claims:?}", self.options().join(" "));
@@ -146,7 +149,7 @@ impl Case {
             &key,
             |_| count,
             || {
-                // Only a coverage asks for the same starts without checks.
+                // Only a coverage needs the same starts without checks.
                 let covers = claims.iter().any(|claimed| matches!(claimed, Claimed::Undetected(_)));
                 let plans = (&self.plan, self.without.as_ref().filter(|_| covers));
                 let parts = in_blocks(plans, trials, AT_ONCE, watch, |with, alone| {
@@ -170,13 +173,13 @@ impl Case {
     }
 }
 
-/// Returns settings as on the command line: `key=value`.
+/// Returns the settings as arguments of the command line: `key=value`.
 fn texts(settings: &[(String, Value)]) -> Vec<String> {
     let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
     settings.iter().map(|(key, value)| format!("{key}={}", text(value))).collect()
 }
 
-/// Returns the number of trials of the look after this one.
+/// Returns the number of trials of the next look after a look with this number of trials.
 fn next(look: u64) -> u64 {
     whole::<u64>(look as f64 * MORE).max(FIRST)
 }
@@ -201,7 +204,7 @@ impl Qualification {
         Ok(Self { requirements, cases })
     }
 
-    /// Judges the requirements that `is_asked` selects, case by case; `hear` receives the number of finished cases.
+    /// Judges the requirements whose indices `is_asked` selects, case by case; `hear` receives the number of finished cases.
     ///
     /// # Errors
     /// A trial cannot be run, or the computation was interrupted.
@@ -225,13 +228,13 @@ impl Qualification {
         Ok(())
     }
 
-    /// Returns the claims of a requirement, each with its case.
+    /// Returns the claims of the requirement with this index, each with its case.
     pub fn claims(&self, requirement: usize) -> impl Iterator<Item = (&Case, &Claim)> {
         let of = move |claim: &&Claim| claim.requirement == requirement;
         self.cases.iter().flat_map(move |case| case.claims.iter().filter(of).map(move |claim| (case, claim)))
     }
 
-    /// Returns the verdict on a requirement: failed if one of its claims failed, passed if all claims passed, else not
+    /// Returns the verdict on the requirement with this index: failed if one of its claims failed, passed if all claims passed, else not
     /// shown.
     pub fn verdict(&self, requirement: usize) -> Verdict {
         self.claims(requirement).map(|(_, claim)| claim.verdict()).max().unwrap_or(Verdict::NotShown)

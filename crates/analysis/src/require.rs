@@ -19,7 +19,7 @@ use standstill_odds::kept;
 pub struct Bench<'a> {
     /// The scenario whose keys are varied.
     pub document: &'a Document,
-    /// Limits that the results must keep.
+    /// Limits that the results of the trials must keep.
     pub limits: &'a Limits,
     /// Keys that are varied, and true for each key that takes whole numbers only.
     pub keys: Vec<(String, bool)>,
@@ -28,39 +28,39 @@ pub struct Bench<'a> {
 /// A value that was judged, with the estimate of each limited measure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
-    /// The value in SI.
+    /// The value of the key, in SI.
     pub value: f64,
     /// Number of trials at the value.
     pub trials: u64,
     /// True if the result was clear early, so that the remaining trials were not run.
     pub clear: bool,
-    /// Estimates of the measures, limit by limit.
+    /// Estimates of the limited measures in their units, one for each limit.
     pub measures: Vec<Estimate>,
     /// Share of starts without an answer; none if the root mean square is not limited.
     pub without_answer: Option<Estimate>,
 }
 
-/// Answer for a point at which the limits hold for all values of the second key.
+/// [`Point::answer`] if the limits hold for all values of the second key.
 pub const EVERYWHERE: &str = "every value meets it";
 
-/// A point of the curve: a value of the first key, and the requirement on the second key.
+/// A point of the curve over two keys: a value of the first key, and the values of the second key with which the limits then hold.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Point {
     /// Value of the first key, in SI.
     pub first: f64,
-    /// Edge of the second key; the upper edge if there are two.
+    /// Edge of the second key's values, in SI; the upper edge if there are two.
     pub second: Option<f64>,
     /// Lower end of the edge's interval; none if the interval is open there.
     pub low: Option<f64>,
     /// Upper end of the edge's interval; none if the interval is open there.
     pub high: Option<f64>,
-    /// Lower edge of the second key, if there are two.
+    /// Lower edge of the second key's values in SI, if there are two.
     pub from: Option<f64>,
     /// Lower end of the lower edge's interval; none if the interval is open there.
     pub from_low: Option<f64>,
     /// Upper end of the lower edge's interval; none if the interval is open there.
     pub from_high: Option<f64>,
-    /// `edge`, `between`, or the reason why there is no edge.
+    /// `edge` for one edge, `between` for two, or the reason why there is none.
     pub answer: &'static str,
 }
 
@@ -91,15 +91,15 @@ const AT_ONCE: u64 = 256;
 /// Smallest number of trials that a thread runs at a time.
 const LEAST_AT_ONCE: u64 = 32;
 
-/// Number of trials after which the result is first checked for clarity.
+/// Number of trials after which the result is checked for the first time: if it is clear, no more trials are run.
 const FIRST: u64 = 64;
 /// Factor of the number of trials from one check to the next.
 const MORE: u64 = 4;
 
-/// Largest number of contributions that are stored in order to continue looks: a few hundred megabytes.
+/// Largest number of contributions to measures that [`Taken`] stores: a few hundred megabytes.
 const NUMBERS: u64 = 30_000_000;
 
-/// Tallies, found by the values of the keys; further trials continue them.
+/// Tallies of the trials so far, by the values of the keys. Further trials at the same values continue a tally.
 #[derive(Debug, Default)]
 pub struct Taken(HashMap<Vec<u64>, Tally>);
 
@@ -154,9 +154,8 @@ impl<'a> Bench<'a> {
         Ok(plan)
     }
 
-    /// Judges these values with this number of trials, or with fewer if the result is clear earlier. Returns the
-    /// measures at the last key's value and their comparison with the limits. The inner error is the reason why the
-    /// values are invalid.
+    /// Judges these values of the keys, in SI, with this number of trials, or with fewer if the result is clear earlier. Returns the
+    /// measures, with the last key's value, and their comparison with the limits. The inner error is the reason why the values are invalid.
     ///
     /// # Errors
     /// A trial cannot be run, or the computation was interrupted.
@@ -187,13 +186,14 @@ impl<'a> Bench<'a> {
                 }
             }
             let next = (done * MORE).clamp(FIRST, trials.max(FIRST));
-            // Few more are no look of their own.
+            // If at most as many trials remain as this check has, run all of them now.
             let next = if 2 * next >= trials { trials } else { next };
             tally.extend(self.part(&plan, values, seed, done..next, watch)?);
         }
     }
 
-    /// Returns the contributions of the first trials of a seed with these values. None if the values are invalid.
+    /// Returns the contributions of trials 0 to `trials` − 1 of a seed with these values of the keys, in SI. None if the values are
+    /// invalid.
     ///
     /// # Errors
     /// A trial cannot be run, or the computation was interrupted.
@@ -225,7 +225,7 @@ impl<'a> Bench<'a> {
         kept(watch, &key, |_| count, || self.values(plan, trials, watch))
     }
 
-    /// Returns the key under which the contributions of a scenario are stored.
+    /// Returns the key under which the contributions of these trials are stored.
     fn key(&self, values: &[f64], seed: u64, trials: &Range<u64>) -> String {
         let settings = self.keys.iter().zip(values).map(|((key, _), value)| format!("{key}={value:?}"));
         let settings: Vec<String> = settings.collect();
@@ -250,7 +250,8 @@ impl<'a> Bench<'a> {
         Ok(tally.into_values())
     }
 
-    /// Returns the value of a key in the scenario, in SI; none if the scenario does not set the key.
+    /// Returns the nominal value in SI of the key with this index: the scenario's, or else the number that the error set or the motor
+    /// gives. None if there is neither.
     pub fn nominal(&self, number: usize) -> Option<f64> {
         let key = &self.keys[number].0;
         let value = match self.document.get(key) {
@@ -260,7 +261,7 @@ impl<'a> Bench<'a> {
             Some(Value::String(text)) => si_value(text),
             _ => None,
         };
-        // Without it, the number that the error set has or that suits the motor.
+        // If the scenario does not set the key: the number that the error set gives or that suits the motor.
         let resolved = || Plan::new(self.document.clone()).ok()?.scenario(0).ok()?.value(key)?.as_float();
         value.or_else(|| resolved().filter(|value| *value > 0.0))
     }
@@ -298,7 +299,7 @@ fn is_whole(document: &Document, key: &str) -> Result<bool, FileError> {
     if let Some(range) = standstill_scenario::key(key).and_then(|key| key.range) {
         return Ok(range.whole);
     }
-    // What is no number of the key's fails both ways, and the second says why.
+    // A key without numbers refuses both values; the second error says why.
     match accepts(Value::Float(4.5)) {
         Ok(()) => Ok(false),
         Err(_) => accepts(Value::Integer(4)).map(|()| true).or_else(|error| {

@@ -29,15 +29,15 @@ pub struct Tuple {
 /// Shares of the mean square, each with its 95 % interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shares {
-    /// The mean square error.
+    /// The mean square error, in the square of the errors' unit.
     pub mean_square: Estimate,
-    /// Share that is common to all draws at an angle: the method's own error.
+    /// Share of the part of the error that all draws at an angle have in common: the method's own error.
     pub common: Estimate,
     /// First-order index of each source.
     pub first: Vec<Estimate>,
     /// Total index of each source.
     pub total: Vec<Estimate>,
-    /// Share of the sources' interaction.
+    /// Share that the sources cause only by interaction.
     pub interaction: Estimate,
 }
 
@@ -87,9 +87,9 @@ impl Shares {
 pub struct Squares {
     /// Mean square of the whole error.
     pub all: Estimate,
-    /// Mean square of the common part.
+    /// Mean square of the part that all draws at an angle have in common: the method's own error.
     pub common: Estimate,
-    /// Mean square of the rest.
+    /// Mean square of the whole error less that of the common part.
     pub rest: Estimate,
     /// Mean square of each source by itself (first order).
     pub first: Vec<Estimate>,
@@ -108,7 +108,7 @@ impl Squares {
     }
 }
 
-/// Returns the ratio of two means with its 95 % interval; NaN for fewer than two pairs.
+/// Returns the ratio of the mean of the first numbers to the mean of the second, with its 95 % interval; NaN for fewer than two pairs.
 pub fn ratio(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Estimate {
     let (mut count, mut above, mut below) = (0.0, 0.0, 0.0);
     for (x, y) in pairs.clone() {

@@ -10,7 +10,7 @@ use standstill_sim::{Adc, Arrangement, Tape};
 use crate::subset::{Run, Settings};
 use crate::{Alarm, Estimator, Event, Halt, Odds, System, Watch};
 
-/// Trials of a scenario at one point of its plan, tolerances included.
+/// Trials of a scenario at one point of its plan. Each trial draws the values of keys with a tolerance.
 #[derive(Clone, Debug)]
 pub struct Trials<'a> {
     plan: &'a Plan,
@@ -60,12 +60,12 @@ impl<'a> Trials<'a> {
     /// The values at this point make no valid scenario.
     ///
     /// # Panics
-    /// If there is no such point.
+    /// If the plan has no such point.
     pub fn at(plan: &'a Plan, point: usize) -> Result<Self, FileError> {
         Ok(Self { plan, point, scenario: plan.scenario(point)?, codes: Codes::Moved(0.0) })
     }
 
-    /// Returns these trials with another quantization of all converters and nothing else changed.
+    /// Returns trials that differ from these in the quantization of all converters alone.
     pub(crate) fn with_codes(&self, codes: Codes) -> Self {
         Self { codes, ..self.clone() }
     }
@@ -93,7 +93,7 @@ impl<'a> Trials<'a> {
         self.plan
     }
 
-    /// Returns the records of these tapes in their order, computed in this thread.
+    /// Runs one trial for each tape in this thread, and returns the records in the order of the tapes.
     ///
     /// # Errors
     /// A drawn value is invalid.
@@ -106,7 +106,7 @@ impl<'a> Trials<'a> {
         Ok(records.into_iter().flatten().collect())
     }
 
-    /// Returns the records of these tapes in their order, computed in all threads.
+    /// Runs one trial for each tape in all threads, and returns the records in the order of the tapes.
     ///
     /// # Errors
     /// A drawn value is invalid, or the computation was interrupted.
@@ -114,8 +114,8 @@ impl<'a> Trials<'a> {
         Ok(self.all_with_tapes(tapes, watch)?.0)
     }
 
-    /// Returns the records of these tapes in their order, with the tapes after the trials, which contain all draws that
-    /// were read.
+    /// Runs one trial for each tape in all threads. Returns the records in the order of the tapes, and the tapes, to which the trials have
+    /// added the draws that were missing.
     ///
     /// # Errors
     /// A drawn value is invalid, or the computation was interrupted.
@@ -143,12 +143,13 @@ impl<'a> Trials<'a> {
         Ok((records.into_iter().flatten().collect(), tapes.into_iter().flatten().collect()))
     }
 
-    /// Returns the order parameter of an event as a function of the draws.
+    /// Returns the order parameter of an event as a function of the draws, for subset simulation.
     pub fn towards(&self, event: Event) -> Towards<'_> {
         Towards { trials: self, event, errors: AtomicU64::new(0) }
     }
 
-    /// Computes the odds of an event. `done` receives each finished run.
+    /// Computes the probability of an event by subset simulation, or by counting if no order parameter leads to the event. `done` receives
+    /// each finished run.
     ///
     /// # Errors
     /// A drawn value is invalid, or the computation was interrupted.
@@ -178,7 +179,7 @@ impl<'a> Trials<'a> {
         Ok(odds)
     }
 
-    /// Returns the share of the event's probability that belongs to starts of this kind.
+    /// Returns the share of the event's probability in starts whose records are of this kind.
     fn share(
         &self,
         odds: &Odds,
@@ -200,7 +201,7 @@ const AT_ONCE: usize = 128;
 pub struct Towards<'a> {
     trials: &'a Trials<'a>,
     event: Event,
-    /// Number of simulations that could not continue.
+    /// Number of simulations so far that could not continue.
     errors: AtomicU64,
 }
 
@@ -229,7 +230,7 @@ mod tests {
 
     #[test]
     fn regress_what_is_not_rounded_still_has_its_range() {
-        // Pulses of some 8 A: beyond the range they clip, whether the converter rounds or not.
+        // Pulses of some 8 A: readings beyond the range are clipped, whether the converter rounds or not.
         let found = |range: &str, codes: Codes| {
             let text = format!(
                 "errors = \"none\"\ndetector.method = \"bipolar\"\nsensors.bits = 12\nsensors.range = \"{range}\"\n"

@@ -5,9 +5,8 @@
 //!                                       seed s                                                        │ seed s + 1: which
 //!   start and best, both on seed s + 2 ◄─────────────────────────────────────────────────────────────┘
 //! ```
-//! Within each stage all settings use the same random numbers. Settings found with some random numbers suit these
-//! slightly better than others, so the choice among the last settings uses new random numbers, and so do the printed
-//! figures.
+//! Within each stage all settings use the same random numbers. Settings found with these random numbers suit them slightly better than
+//! others, so the choice among the last settings uses new random numbers, and so do the printed figures.
 
 mod compare;
 mod front;
@@ -59,7 +58,7 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// Returns the effort with this number of trials for the final choice. A limit on a share needs enough trials to hold surely:
+    /// Returns the effort with at least this number of trials for the final choice. A limit on a share needs enough trials to hold surely:
     /// after n trials without a case, the share is below 3.7/n.
     pub fn new(last: u64, limits: &Limits) -> Self {
         let shares = limits.0.iter().filter(|limit| limit.measure.unit().is_none());
@@ -70,7 +69,7 @@ impl Effort {
     }
 }
 
-/// Product of the number of trials and a limit on a share above which the limit can be shown to hold.
+/// Least product of the number of trials and a limit on a share with which the limit can be shown to hold.
 const NEEDED: f64 = 4.5;
 
 impl Effort {
@@ -109,13 +108,13 @@ pub struct Question<'a> {
 /// Settings and their measures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
-    /// Values of the keys.
+    /// Values of the keys in SI, in the order of [`Question::ranges`].
     pub values: Vec<f64>,
-    /// Estimates of the measures.
+    /// Estimates of all measures that are computed.
     pub measured: Measured,
 }
 
-/// Answer of the search.
+/// Result of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tuned {
     /// The initial settings, which are the scenario's own; NaN for keys that the scenario does not set.
@@ -140,8 +139,8 @@ impl Tuned {
         self.limits.possibly
     }
 
-    /// Returns the possible effect of unobserved starts without an answer on the difference of the rms errors, if it
-    /// might reverse the difference.
+    /// Returns the effect that unobserved starts without an answer may have on the difference of the rms errors. None if they could not
+    /// reverse the difference.
     pub fn unseen(&self) -> Option<Unseen> {
         left_out(&self.start.measured, &self.best.measured, &self.differences)
     }
@@ -174,7 +173,7 @@ const OFTEN_WIDE: usize = 16;
 const OFTEN_CLOSE: usize = 10;
 
 impl Question<'_> {
-    /// Returns all measures that are computed, as infinite limits.
+    /// Returns all measures that are computed, each as a limit of infinity.
     pub fn taken(&self) -> Limits {
         let wanted = self.goal.limits.0.iter().map(|limit| limit.measure);
         let mut measures: Vec<Measure> = Vec::new();
@@ -197,7 +196,7 @@ impl Question<'_> {
     pub fn tune(&self, watch: &dyn Watch, hear: &mut dyn FnMut(String)) -> Result<Tuned, Halt<FileError>> {
         let taken = self.taken();
         let bench = Bench { document: self.document, limits: &taken, keys: self.keys() };
-        // Only the search has to know how far starts without an answer are from one.
+        // The search alone needs the distance of starts without an answer from an answer.
         let with_distance = taken.and(Measure::Distance);
         let searched = Bench { limits: &with_distance, keys: self.keys(), ..bench };
         let own = Bench { document: self.document, limits: &taken, keys: Vec::new() };
@@ -247,12 +246,12 @@ impl Question<'_> {
         let alike = nominal == chosen;
         let differences = Measured(paired(&taken, [&of_start, &of_best], alike, self.seed));
         let best = Judged { values: chosen, measured: measured(&taken, &of_best) };
-        // As many trials as start and best have: what is compared is of the same random numbers.
+        // The same seed and number of trials as for start and best, so that all are compared on the same random numbers.
         let points = front::judged(&bench, &taken, along, seed(2), last, watch)?;
         let mut front: Vec<Judged> = points.into_iter().chain([best.clone()]).collect();
         let start = Judged { values: nominal, measured: measured(&taken, &of_start) };
         let limits = self.kept(&start.measured, &best.measured, &differences);
-        // What surely breaks a limit is no choice.
+        // Settings that surely break a limit are not on the front.
         let absolute = self.absolute();
         front.retain(|judged| limits.possibly && verdict(&absolute, &judged.measured).possibly);
         front::keep(&mut front, self);
@@ -268,7 +267,7 @@ impl Question<'_> {
             let (own, of_start) = (estimate.value, start.get(*measure).value);
             let limit = self.goal.limits.0.iter().find(|limit| limit.measure == *measure);
             let share = if own == of_start { 1.0 } else { own / of_start };
-            // A start at zero has no share: settings at zero keep the limit, all others do not.
+            // If the initial value is zero there is no ratio: settings at zero keep the limit, all others break it.
             let value = match limit {
                 Some(_) if share.is_infinite() => f64::INFINITY,
                 Some(limit) => limit.most * share,
@@ -315,8 +314,8 @@ impl Question<'_> {
         starts
     }
 
-    /// Chooses the best of the last settings with new random numbers. A quarter of the trials first drops settings that
-    /// are clearly worse.
+    /// Chooses the best of the last settings with new random numbers. First, settings that are clearly worse in a quarter of the trials are
+    /// dropped.
     fn choose(
         &self,
         bench: &Bench<'_>,
@@ -371,7 +370,7 @@ impl Starts<'_> {
     }
 }
 
-/// Returns the measures of a tally.
+/// Returns the measures of a tally with their 95 % intervals.
 pub(crate) fn measured(taken: &Limits, tally: &Tally) -> Measured {
     Measured(taken.0.iter().map(|limit| limit.measure).zip(tally.estimates()).collect())
 }
@@ -381,7 +380,7 @@ fn seen(taken: &Limits, tally: &Tally) -> Measured {
     Measured(taken.0.iter().map(|limit| limit.measure).zip(tally.seen()).collect())
 }
 
-/// Returns the verdict on the limits by these measures: whether they hold likely, surely, possibly.
+/// Returns the verdict on the limits by these measures: whether the limits hold by the point estimates, surely, and possibly.
 pub fn verdict(limits: &Limits, measured: &Measured) -> Verdict {
     let all = |of: fn(&Estimate) -> f64| {
         limits.0.iter().all(|limit| of(&measured.get(limit.measure)) <= limit.most)

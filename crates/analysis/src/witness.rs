@@ -1,9 +1,8 @@
 //! Witnesses: checks against closed forms, conservation laws and stored results, computed by this program on the
 //! present machine.
 //!
-//! Each witness compares a figure that is known independently, or was stored earlier, with the figure computed now.
-//! Witnesses are the part of `docs/validation.md` that needs no other program; the test suite asserts the same figures
-//! with more cases.
+//! Each witness compares a figure that is known independently, or was stored earlier, with the figure computed now. They are the part of
+//! `docs/validation.md` that needs no other program; the test suite asserts the same figures with more cases.
 
 mod chance;
 pub mod forms;
@@ -43,7 +42,7 @@ pub enum Figure {
 /// A claim about the program, with its figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Witness {
-    /// The claim that is checked.
+    /// The claim that is checked, in words.
     pub claim: String,
     /// Origin of the known figure: a closed form, a conservation law, another method, or stored results.
     pub from: &'static str,
@@ -81,7 +80,7 @@ impl Witness {
     /// Returns true if the figures agree.
     pub fn holds(&self) -> bool {
         match &self.figure {
-            // Of what is not a number nothing holds.
+            // False if a figure is not a number.
             Figure::Number { known, here, tolerance, .. } => (here - known).abs() <= *tolerance,
             Figure::Digest { known, here } => !known.is_empty() && known == here,
         }
@@ -102,8 +101,8 @@ pub enum WitnessError {
     Digest(#[from] DigestError),
 }
 
-/// Computes all witnesses. Their files are written to `folder`; `hear` receives each group's name before the group is
-/// computed.
+/// Computes all witnesses. The trials for the digests are written to files in `folder`; `hear` receives the name of each group before the
+/// group is computed.
 ///
 /// # Errors
 /// The folder cannot be written, a run could not continue, or the computation was stopped.

@@ -18,7 +18,7 @@ const MEASURES: &str =
 #[error("`{text}` {wrong}")]
 pub struct LimitError {
     text: String,
-    /// The message's end.
+    /// Reason, and the texts that are allowed: the end of the message.
     wrong: String,
 }
 
@@ -49,11 +49,11 @@ impl FromStr for Measure {
 
 /// Allowed bounds of an angle, for messages.
 const ANGLES: &str = "an angle above 0 deg, such as `1 deg`";
-/// Allowed bounds of a share.
+/// Allowed bounds of a share, for messages.
 const SHARES: &str = "a share above 0 % and up to 100 % with its sign, such as `5 %`";
-/// Allowed bounds of a time.
+/// Allowed bounds of a time, for messages.
 const TIMES: &str = "a time above 0 s, such as `20 ms`";
-/// Allowed bounds of a current.
+/// Allowed bounds of a current, for messages.
 const CURRENTS: &str = "a current above 0 A, such as `8 A` or `800 mA`";
 
 impl Measure {
@@ -73,7 +73,7 @@ impl Measure {
     }
 }
 
-/// Parses limits separated by commas; `of` parses the text of each bound.
+/// Parses limits separated by commas; `of` parses the bound of a measure.
 fn each<T>(
     text: &str,
     of: impl Fn(Measure, &str) -> Result<T, (String, &'static str)>,

@@ -1,4 +1,4 @@
-//! Root mean square of the axis error, over starts of which some may have no answer.
+//! Root mean square of the axis error over starts, some of which may have no answer.
 //!
 //! Each start without an answer counts as 90°. A few such starts make most of the mean square, and their share is
 //! seldom known well: if no such start is observed in n starts, their share may still be up to 3.7/n. The interval of
@@ -14,12 +14,13 @@ const COUNTS: f64 = 90.0;
 
 /// Statistics of the observed starts, from which the root mean square is estimated.
 pub(super) struct Seen {
-    /// Number of starts without an answer; the field after it is the number of all starts.
+    /// Number of starts without an answer.
     without: usize,
+    /// Number of all starts.
     all: usize,
-    /// Mean square error in degrees² of the starts with an answer; the field after it has their squared errors in
-    /// ascending order.
+    /// Mean square error in degrees² of the starts with an answer.
     square: Estimate,
+    /// Squared errors in degrees² of the starts with an answer, in ascending order.
     squares: Vec<f64>,
 }
 
@@ -43,11 +44,11 @@ impl Seen {
         let whole = COUNTS * COUNTS;
         let root = |x: f64| x.max(0.0).sqrt();
         if self.squares.len() < 2 {
-            // Nothing is known of the others' errors but that they are below 90°.
+            // Too few starts have an answer: of their errors in further starts only the bound of 90° is known.
             let sum = share.value * whole + self.squares.iter().sum::<f64>() / (self.all as f64).max(1.0);
             return Estimate { value: root(sum), low: root(share.low * whole), high: COUNTS };
         }
-        // An interval narrows with the root of the trials.
+        // The width of an interval is inversely proportional to the root of the number of trials.
         let wider = (self.all as f64 / trials).sqrt();
         let m = self.square;
         let [below, above] = [m.value - m.low, m.high - m.value].map(|apart| apart * wider);
@@ -59,7 +60,7 @@ impl Seen {
             (a * a + b * b).sqrt()
         };
         let low = value - end(share.value - share.low, m.value - m.low);
-        // It is at least what both make at their lower ends.
+        // The lower end is at least the mean square of the lower ends of both parts.
         let low = low.max(share.low * whole + (1.0 - share.high) * m.low);
         let high = value + end(share.high - share.value, above);
         Estimate { value: root(value), low: root(low), high: root(high) }
@@ -111,17 +112,17 @@ pub fn widens(rms: &Estimate, share: &Estimate) -> bool {
     2.0 * square_of(share.high - share.value) > rms.high * rms.high - rms.value * rms.value
 }
 
-/// Returns the root mean square in degrees that starts without an answer of this share cause alone.
+/// Returns the rms error in degrees if a share of the starts has no answer and the other starts have no error.
 pub fn made_by(share: f64) -> f64 {
     COUNTS * share.sqrt()
 }
 
-/// Returns the mean square in degrees² that starts without an answer of this share add.
+/// Returns the mean square error in degrees² that a share of starts without an answer adds.
 pub fn square_of(share: f64) -> f64 {
     COUNTS * COUNTS * share
 }
 
-/// Returns the share of starts without an answer that alone causes a root mean square of `most` degrees.
+/// Returns the share of starts without an answer with which the rms error is `most` degrees if the other starts have no error.
 pub(super) fn share_of(most: f64) -> f64 {
     (most / COUNTS) * (most / COUNTS)
 }
@@ -147,7 +148,7 @@ mod tests {
         assert!((none.high - 5.46).abs() < 0.01, "{none:?}");
         assert_eq!(dominated(&none, &without_answer(&values)), Some(Dominated::Interval));
         assert!(widens(&none, &without_answer(&values)));
-        // Of errors of 10° they are no more than a part of what is open.
+        // With errors of 10° the starts without an answer are only a part of what is open.
         let large: Vec<f64> = (0..1000).map(|k| 10.0 * f64::from(k % 3)).collect();
         let (rms_of_large, share) = (rms(&large), without_answer(&large));
         assert_eq!((dominated(&rms_of_large, &share), widens(&rms_of_large, &share)), (None, true));
@@ -156,7 +157,7 @@ mod tests {
         assert!((one.value - 8.1_f64.sqrt()).abs() < 0.01, "{one:?}");
         let share = without_answer(&values);
         assert_eq!(dominated(&one, &share), Some(Dominated::Value));
-        // Its interval contains that of the share alone, and that of none seen overlaps.
+        // The interval contains that of the share alone, and overlaps the interval with no such start observed.
         assert!(one.low < 0.47 && one.low > 0.1 && one.high >= made_by(share.high), "{one:?}");
         assert!(one.low < none.high);
     }

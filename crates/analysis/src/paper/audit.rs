@@ -20,7 +20,7 @@ pub struct Finding {
     pub recomputed: String,
     /// True if both values agree within the rounding of the printed number.
     pub agrees: bool,
-    /// Explanation of the disagreement.
+    /// Explanation of the disagreement; empty if the values agree.
     pub note: String,
 }
 

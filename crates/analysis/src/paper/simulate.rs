@@ -10,9 +10,9 @@ use standstill_scenario::{Record, Scenario, Specimen};
 /// One simulated row of both tables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimulatedRow {
-    /// Initial rotor angle in degrees: the paper's resolver angle.
+    /// Initial electrical rotor angle in degrees: the paper's resolver angle.
     pub angle_deg: f64,
-    /// Line inductances L_AB, L_BC, L_CA in H by equation (4).
+    /// Line inductances L_AB, L_BC, L_CA in H at this angle, by the paper's equation (4).
     pub ideal_lines: Abc<f64>,
     /// Record of the trial.
     pub record: Record,
@@ -30,6 +30,9 @@ impl SimulatedRow {
 }
 
 /// Simulates the five rows with one specimen of inverter and sensors, as on the authors' bench, and with fresh noise in each row.
+///
+/// # Errors
+/// The detector cannot work with its settings.
 pub fn simulate<S: Settings<f64>>(scenario: &Scenario<S>) -> Result<[SimulatedRow; 5], SettingsError> {
     let row = |number: u8| {
         let angle_deg = TABLE_2[usize::from(number)].measured_deg;

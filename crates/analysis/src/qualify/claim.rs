@@ -32,35 +32,38 @@ choice! {
 pub enum Claimed {
     /// The rms of the axis error is at most this value in degrees.
     Rms(f64),
-    /// The share of starts with this result is at most the last value. The flag: starts without an answer count too.
+    /// The share of starts with this result is at most the last value. If the flag is true, starts without an answer count as if they had
+    /// this result.
     Share(Bad, bool, f64),
-    /// The share of dangerous starts that are not detected is at most this.
+    /// Of the starts that are dangerous without the method's checks, the share that still has an answer with the checks is at most this
+    /// value.
     Undetected(f64),
 }
 
-/// Results of the trials that matter for a claim.
+/// Results of the trials, as far as they matter for a claim.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Seen {
     /// Number of starts that count against the claim.
     pub cases: u64,
-    /// Number of starts that the claim concerns: all starts, or the dangerous ones.
+    /// Number of starts that the claim concerns: all starts, or for [`Claimed::Undetected`] the dangerous ones.
     pub of: u64,
     /// For a claim about an rms: the squared errors, divided by the square of 90°.
     pub squares: Vec<f64>,
-    /// The worst start, or the first one that counts against the claim, and its error in degrees if it has an error.
+    /// Number of a start, and its error in degrees (NaN without an error): for an rms the start with the largest error, else the first
+    /// start that counts against the claim.
     pub worst: Option<(u64, f64)>,
 }
 
 /// One statement of a requirement in one case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Claim {
-    /// Number of the requirement in its list.
+    /// Index of the requirement in its list.
     pub requirement: usize,
     /// The statement, with its limit.
     pub claimed: Claimed,
     /// True if the claim was added to guard another one: it states that few starts have no answer.
     pub guards: bool,
-    /// Largest number of trials.
+    /// Largest number of trials that may be run for the claim.
     pub most: u64,
     /// Probability with which this claim's verdict may be wrong.
     pub alpha: f64,
@@ -90,9 +93,9 @@ impl Claim {
         }
     }
 
-    /// Returns the number of starts that count against the claim, and of those that it concerns: its own, and the plain
-    /// trials of a subset simulation that did not reach the event. They are further trials of the same event, so the
-    /// sequential test goes on with them at the same probability of error.
+    /// Returns two numbers of starts: those that count against the claim, and all that it concerns. They include the plain trials of a
+    /// subset simulation that did not reach the event. These are further trials of the same event, so the sequential test goes on with them
+    /// at the same probability of error.
     pub fn counts(&self) -> [u64; 2] {
         let [cases, of] = self.rare.as_ref().and_then(|rare| rare.plain).unwrap_or_default();
         [self.seen.cases + cases, self.seen.of + of]
@@ -113,8 +116,8 @@ impl Claim {
         }
     }
 
-    /// Returns the value that plain trials showed, and the ends of its interval, which is valid after any number of
-    /// trials.
+    /// Returns the value that plain trials showed, and the lower and upper end of its interval, which is valid after any number of trials.
+    /// All three are an rms in degrees, or a share.
     pub fn interval(&self) -> [f64; 3] {
         match self.claimed {
             Claimed::Rms(most) => {
@@ -140,19 +143,19 @@ impl Claim {
                 let [cases, of] = self.counts();
                 let rate = cases as f64 / (of as f64).max(1.0);
                 let needed = self.share(most).trials_needed(rate)?;
-                // Of all starts, only some are those that it is about.
+                // The claim concerns only some of all starts.
                 let part = self.trials as f64 / (self.seen.of as f64).max(1.0);
                 Some(whole(needed as f64 * part.max(1.0)))
             }
         }
     }
 
-    /// Decides the claim if the results so far suffice.
+    /// Tests the claim with the results so far, and stores the verdict.
     pub(super) fn look(&mut self) {
         self.plain = self.shown();
     }
 
-    /// Returns the verdict of all plain trials.
+    /// Returns the verdict that all plain trials so far show.
     fn shown(&self) -> Verdict {
         let [cases, of] = self.counts();
         let shown = match self.claimed {
@@ -192,7 +195,7 @@ impl Seen {
                 return;
             }
             Claimed::Share(bad, or_unanswered, _) => {
-                // With a fault a start need not have an answer, but one that could not be simulated shows nothing good.
+                // With a fault a missing answer does not count, but a start that could not be simulated does.
                 let broke_down = of.fault.is_some() && silent && !is_detected(record);
                 bad.happened(record, of.rated) || or_unanswered && silent || broke_down
             }
@@ -215,7 +218,7 @@ impl Seen {
         self.cases += other.cases;
         self.of += other.of;
         self.squares.extend(other.squares);
-        // The first that counts; of an rms, where none counts, the largest.
+        // The first start that counts; for an rms, where no start counts, the one with the larger error.
         let larger =
             |a: (u64, f64), b: (u64, f64)| if self.cases == 0 && b.1.abs() > a.1.abs() { b } else { a };
         self.worst = match (self.worst, other.worst) {

@@ -12,7 +12,7 @@ use crate::event::{Event, bound};
 /// A limit on a phase current.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Current {
-    /// A limit in A.
+    /// A limit given in A.
     Amperes(f64),
     /// A multiple of the motor's rated current.
     OfRated(f64),
@@ -71,7 +71,7 @@ pub struct Demand {
 /// must keep them.
 const BEYOND: f64 = 0.01;
 
-/// Text that was found in place of a limit or a part of it, and what is allowed there.
+/// Two parts of a message: the text found in place of a limit or a part of it, and the text allowed there.
 pub(super) type Refused = (String, String);
 
 const SHAPE: &str = "a measure, `<=` and its limit, such as `rms <= 1 deg`, `p95 <= 3 deg`, `P(wrong_pole) <= 1e-6`, `P(undetermined) <= 1 %`, \
@@ -84,7 +84,7 @@ const AXES: &str = "an angle above 0 deg and below 90 deg, beyond which no axis 
 const TIMES: &str = "a time above 0 s, such as `20 ms`";
 const CURRENTS: &str = "a current above 0 A, such as `8 A`, or of the rated current, such as `1.2 rated`";
 const SHARES: &str = "a share of at least 1e-12, above 0 and below 1, such as `1e-6` or `1 %`";
-/// Least allowed share. For smaller shares the functions that compute the bets have no significant digits left.
+/// Least allowed share. For smaller shares the functions of the sequential tests have no significant digits left.
 const LEAST_SHARE: f64 = 1e-12;
 
 impl Demand {
@@ -122,9 +122,9 @@ impl Demand {
         }
         if fault.is_some() {
             match &mut what {
-                // A sector that is not named is not the right one.
+                // A start that names no sector has not named the right one.
                 LimitedMeasure::Share { bad: Bad::WrongSector, .. } | LimitedMeasure::Coverage(_) => {}
-                // With a fault no answer is the right answer.
+                // With a fault in the drive, no answer is the right result.
                 LimitedMeasure::Share { bad: Bad::Unanswered, .. } => {
                     let needed = "a limit of wrong answers, such as `P(wrong_pole) <= 0.1 %`, or a coverage: with a fault no answer is the right answer";
                     return Err((format!("`{rest}`"), needed.to_owned()));
@@ -147,7 +147,7 @@ impl Demand {
         silent && self.fault.is_none()
     }
 
-    /// Returns the event whose odds decide if plain trials do not; none if the demand has no such event.
+    /// Returns the event whose odds decide if plain trials do not; none if the demand has no such event. `rated`: rated current in A.
     pub(super) fn event(&self, rated: f64) -> Option<Event> {
         let LimitedMeasure::Share { bad, or_unanswered: false, .. } = self.what else { return None };
         match bad {
@@ -194,7 +194,7 @@ fn what(measure: &str, limit: &str) -> Result<LimitedMeasure, Refused> {
     let share_of = |bad, or_unanswered, most| LimitedMeasure::Share { bad, or_unanswered, most };
     if let Some(event) = measure.strip_prefix("P(").and_then(|rest| rest.strip_suffix(')')) {
         let bad = event_of(event.trim())?;
-        // An angle that is not there is not within.
+        // A start without an angle is not within the limit.
         return Ok(share_of(bad, matches!(bad, Bad::Angle(_)), share(limit)?));
     }
     if let Some(rank) = measure.strip_prefix('p').and_then(|rank| rank.parse::<f64>().ok()) {
@@ -323,7 +323,7 @@ mod tests {
         let LimitedMeasure::Share { most, .. } = one("p99.9 <= 3 deg") else { panic!("a percentile") };
         assert!((most - 1e-3).abs() < 1e-15);
         assert_eq!(one("P(wrong_pole) <= 1e-6"), share(Bad::WrongPole, false, 1e-6));
-        // Not to know a pole is no answer, whatever the reason.
+        // An undetermined pole is no answer, whatever the reason.
         for name in ["undetermined", "failed", "unanswered"] {
             assert_eq!(one(&format!("P({name}) <= 1 %")), share(Bad::Unanswered, false, 0.01));
         }
@@ -343,7 +343,7 @@ mod tests {
             (Some(FaultMode::PhaseOpen), LimitedMeasure::Coverage(0.99))
         );
         let wrong = read("faults.phase-open: P(wrong_pole) <= 0.1 %").expect("a limit");
-        // With a fault, no answer is the right one; without, a demand is not met by keeping silent.
+        // With a fault, no answer is right; without a fault, giving no answers does not meet a demand.
         assert!(!wrong.is_guarded() && read("P(wrong_pole) <= 0.1 %").expect("a limit").is_guarded());
         assert!(!read("P(undetermined) <= 1 %").expect("a limit").is_guarded());
         for limit in ["P(|e| > 5 deg) <= 0.1 %", "moved <= 2 deg", "time <= 20 ms", "p95 <= 3 deg"] {

@@ -1,4 +1,4 @@
-//! A list of requirements: its file, and the cases in which each is judged.
+//! A list of requirements: the file that it is read from, and the cases in which each requirement is judged.
 
 use std::path::Path;
 
@@ -47,16 +47,16 @@ struct RequirementTable {
 pub struct Requirement {
     /// Identifier of the requirement, unique in the list.
     pub id: String,
-    /// Text of the requirement, for people.
+    /// Text of the requirement in words.
     pub text: String,
-    /// The limit, as written in the file.
+    /// Text of the limit, as written in the file.
     pub limit: String,
-    /// The parsed limit.
+    /// The limit that this text states.
     pub demand: Demand,
     /// Largest number of trials in each case.
     pub trials: u64,
-    /// The conditions over which the requirement is judged: for each entry its name in the file, the keys that take its
-    /// values, and the values.
+    /// The conditions over which the requirement is judged. For each entry of the file: its name, the keys of the scenario that it sets,
+    /// and their values.
     over: Vec<(String, Vec<String>, Vec<Value>)>,
 }
 
@@ -85,11 +85,11 @@ const MOST_REQUIREMENTS: usize = 1000;
 /// Largest number of cases of one requirement.
 const MOST_CASES: usize = 1000;
 
-/// Shorthand for motors: the name in the file, and the keys of the scenario that it sets.
+/// Shorthand for motors: the name in the file, and the key of the scenario that it sets.
 const MOTORS: (&str, &[&str]) = ("motors", &["motor"]);
-/// Shorthand for sets of errors.
+/// Shorthand for sets of errors: the name in the file, and the key of the scenario that it sets.
 const ERRORS: (&str, &[&str]) = ("errors", &["errors"]);
-/// Shorthand for the temperatures of winding and magnets.
+/// Shorthand for temperatures: the name in the file, and the keys of the scenario that it sets, of winding and magnets.
 const TEMPERATURES: (&str, &[&str]) =
     ("temperatures", &["rotor.winding_temperature", "rotor.magnet_temperature"]);
 
@@ -102,7 +102,7 @@ impl Requirements {
         Self::of(Document::read(path)?)
     }
 
-    /// Parses requirements from text; `path` is its name in messages.
+    /// Parses requirements from the text of a file; messages name the file `path`.
     ///
     /// # Errors
     /// A key or value is invalid; the error names its line.
@@ -181,7 +181,7 @@ impl Requirements {
         Ok(cases)
     }
 
-    /// Makes the case that a requirement has with these settings.
+    /// Makes the case with these settings and with the fault of requirement `number`.
     fn case(
         &self,
         plan: &Plan,
@@ -253,8 +253,8 @@ impl Requirements {
         }
     }
 
-    /// Moves an error in a case to the line of the requirement: to the condition that sets the wrong key, or, if keys
-    /// do not fit each other, to the requirement, with its conditions.
+    /// Relates an error in a case to the line of its requirement: to the condition that sets the wrong key, or to the requirement's limit
+    /// if keys do not fit each other; the message then names the conditions.
     fn under(&self, number: usize, settings: &[(String, Value)], error: FileError) -> FileError {
         let FileError::Key { key: wrong, .. } = &error else {
             return self.document.locate(FileError::Key {
@@ -281,7 +281,7 @@ impl Requirements {
     }
 }
 
-/// Returns the settings of a case as a phrase; empty for the scenario as it is.
+/// Returns the settings of a case as a phrase, such as ` with motor=paper-5k5`; empty without settings.
 fn with(settings: &[(String, Value)]) -> String {
     if settings.is_empty() {
         return String::new();
@@ -289,12 +289,12 @@ fn with(settings: &[(String, Value)]) -> String {
     format!(" with {}", texts(settings).join(", "))
 }
 
-/// Returns the path of a key of a requirement.
+/// Returns the path of a key of requirement `number` in the file.
 fn key(number: usize, name: &str) -> String {
     format!("requirement[{number}].{name}")
 }
 
-/// Checks a number of trials.
+/// Returns a number of trials that the file gives, or the error that it is out of range.
 fn trials(document: &Document, key: &str, given: Option<u64>) -> Result<Option<u64>, FileError> {
     match given {
         Some(trials) if !(FEWEST..=MOST_TRIALS).contains(&trials) => Err(document.refuse(
@@ -368,7 +368,7 @@ impl Requirement {
         Ok(Self { id: table.id, text: table.text, limit: table.limit, demand, trials, over })
     }
 
-    /// Returns the settings of each combination of the requirement's conditions.
+    /// Returns all combinations of the values of the requirement's conditions, each as keys of the scenario with values.
     fn combinations(&self) -> Vec<Vec<(String, Value)>> {
         let mut all: Vec<Vec<(String, Value)>> = vec![Vec::new()];
         for (_, keys, values) in &self.over {

@@ -12,27 +12,28 @@ use crate::{Alarm, Anatomy, Event, Halt, Odds, RUNS, Sector, Trials, Watch};
 /// guaranteed coverage, unlike the intervals of plain trials.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rare {
-    /// The event.
+    /// The event whose probability is limited.
     pub event: Event,
     /// Probability of the event, with the 95 % interval of `standstill odds`.
     pub probability: Estimate,
-    /// The ends of the interval at the claim's own probability of error.
+    /// Lower and upper end of the probability's interval, widened to the claim's own probability of error.
     pub ends: [f64; 2],
     /// Number of trials.
     pub trials: u64,
     /// Warnings of the subset simulation. With any warning the verdict is [`Verdict::NotShown`].
     pub alarms: Vec<String>,
-    /// The rotor angles and draws at which the event happens: the conditions that trigger it.
+    /// The conditions that trigger the event: sectors of rotor angles, and draws of errors, in which it happens.
     pub triggers: Vec<Sector>,
     /// Verdict on the claim according to this probability.
     pub verdict: Verdict,
-    /// If no run reached the event: the number of plain trials with the event, and of all plain trials. They count as
-    /// the claim's own trials do.
+    /// If no run reached the event: the number of plain trials with the event, and the number of all plain trials. They count like the
+    /// claim's own trials.
     pub plain: Option<[u64; 2]>,
 }
 
 impl Rare {
-    /// Compares odds with the largest allowed probability. Odds with a warning show nothing.
+    /// Makes the result of a claim: compares the odds with `most`, the largest allowed probability, at the probability of error `alpha`.
+    /// Odds with a warning show nothing.
     pub fn of(event: Event, odds: &Odds, most: f64, alpha: f64, triggers: Vec<Sector>) -> Self {
         let Estimate { value, low, high } = odds.probability;
         let freedom = f64::from(RUNS - 1);
@@ -47,7 +48,7 @@ impl Rare {
             () if ends[0] > most => Verdict::Failed,
             () => Verdict::NotShown,
         };
-        // Each of these trials is counted, whatever the runs found: nothing is selected.
+        // Every plain trial is counted, whatever the runs found, so the count is not biased by a selection.
         let gave_up = odds.alarms.iter().any(|alarm| matches!(alarm, Alarm::TooRare { .. }));
         let whole = !odds.alarms.iter().any(|alarm| matches!(alarm, Alarm::Errors(_)));
         let hits = odds.runs.iter().map(|run| u64::from(run.plain_hits)).sum();
@@ -57,7 +58,7 @@ impl Rare {
     }
 }
 
-/// Observer that stores the results of each case separately.
+/// Observer that stores the results of each case under keys of its own.
 struct Within<'a> {
     watch: &'a dyn Watch,
     case: String,

@@ -35,7 +35,7 @@ impl Share {
         ln_beta(a + cases, b + others) - ln_beta(a, b) - likelihood
     }
 
-    /// Returns the interval of the probability.
+    /// Returns the lower and upper end of the probability's interval after `cases` events in `trials`.
     pub fn interval(self, cases: u64, trials: u64) -> [f64; 2] {
         let (cases, trials) = (cases as f64, trials as f64);
         if trials == 0.0 {
@@ -65,7 +65,7 @@ impl Share {
     }
 }
 
-/// Returns the value nearest to `to` that is still inside, by bisection; `from` must be inside.
+/// Returns the limit of the values that are still inside, on the way from `from`, which must be inside, to `to`; by bisection.
 fn edge(from: f64, to: f64, inside: impl Fn(f64) -> bool) -> f64 {
     let (mut within, mut outside) = (from, to);
     for _ in 0..200 {
@@ -75,7 +75,7 @@ fn edge(from: f64, to: f64, inside: impl Fn(f64) -> bool) -> f64 {
         }
         *(if inside(middle) { &mut within } else { &mut outside }) = middle;
     }
-    // The end that is outside: an interval is never too narrow by rounding.
+    // The last value outside, so that rounding never makes an interval too narrow.
     outside
 }
 
@@ -136,6 +136,7 @@ fn ln_wealth(bets: &[(f64, f64)], values: &[f64], factor: impl Fn(f64, f64) -> f
 }
 
 impl Mean {
+    /// Returns the logarithm that the wealth must reach to refute a mean: each side of the interval has half of `alpha`.
     fn needed(self) -> f64 {
         -ln(self.alpha / 2.0)
     }
@@ -158,10 +159,10 @@ impl Mean {
         self.is_above(self.most, values).then_some(false)
     }
 
-    /// Returns the interval of the mean, each end within a thousandth.
+    /// Returns the lower and upper end of the mean's interval, each to 0.1 % of its value.
     pub fn interval(self, values: &[f64]) -> [f64; 2] {
         let seen = values.iter().sum::<f64>() / (values.len() as f64).max(1.0);
-        // By factors: the ends are decades away from the mean where it is small.
+        // Bisection by factors, because the ends of a small mean's interval are decades away from it.
         let within = |mut inside: f64, mut outside: f64, is_out: &dyn Fn(f64) -> bool| {
             while (outside / inside).max(inside / outside) > 1.001 {
                 let middle = (inside * outside).sqrt();

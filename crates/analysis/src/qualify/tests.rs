@@ -137,7 +137,7 @@ fn law_a_fault_that_is_detected_passes_by_its_detection() {
     assert_eq!(found.cases[0].options(), ["faults.0.mode=current-dead"]);
 }
 
-/// A watch that keeps what it is given and stops after so many trials.
+/// A watch that stores the results that it receives, and stops after this number of trials.
 #[derive(Default)]
 struct Keeping {
     kept: Mutex<BTreeMap<String, Vec<u8>>>,
@@ -181,7 +181,7 @@ fn law_an_interrupted_qualification_goes_on_where_it_was() {
     assert!(on.kept.into_inner().expect("alone").len() > kept.len());
 }
 
-/// Odds of which every run found this probability.
+/// Makes odds in which every run found this probability.
 fn odds(value: f64, alarms: Vec<Alarm>) -> Odds {
     Odds {
         estimator: Estimator::Subset,

@@ -34,7 +34,8 @@ pub fn paired(
     taken.0.iter().zip(pairs).map(of).collect()
 }
 
-/// Returns the difference of two shares, second less first.
+/// Returns the difference of two shares, second less first, with its 95 % interval. `a` and `b`: for each trial, above zero if the event
+/// happened.
 fn shares(a: &[f64], b: &[f64]) -> Estimate {
     let alone = |one: &[f64], other: &[f64]| {
         one.iter().zip(other).filter(|(one, other)| **one > 0.0 && **other <= 0.0).count() as u64
@@ -45,7 +46,7 @@ fn shares(a: &[f64], b: &[f64]) -> Estimate {
 fn bootstrapped(measure: Measure, a: &[f64], b: &[f64], seed: u64) -> Estimate {
     let apart = |a: Vec<f64>, b: Vec<f64>| {
         let [a, b] = [a, b].map(|values| measure.seen(values).value);
-        // Both beyond every bound are no further apart.
+        // Two infinite measures have no difference.
         if a == b { 0.0 } else { b - a }
     };
     let sample = |number: u64| {
@@ -68,17 +69,17 @@ fn bootstrapped(measure: Measure, a: &[f64], b: &[f64], seed: u64) -> Estimate {
     Estimate { value: apart(a.to_vec(), b.to_vec()), low: at(25), high: at(975) }
 }
 
-/// Possible effect, on the difference of two rms errors, of starts without an answer although none was observed.
+/// Possible effect of starts without an answer on the difference of two rms errors, if none was observed in the trials.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unseen {
     /// Largest possible increase of the share of starts without an answer.
     pub share: f64,
-    /// Rms error of the second settings in degrees with that increase.
+    /// Rms error in degrees of the second settings with that increase.
     pub rms_deg: f64,
 }
 
-/// Returns the effect of unobserved starts without an answer, if they might make the second rms error as large as the
-/// first. `more`: difference of the shares of starts without an answer.
+/// Returns the effect of unobserved starts without an answer; none if they cannot make the second rms error as large as the first. `first`
+/// and `second`: rms errors in degrees; `more`: difference of the shares of starts without an answer.
 pub fn unseen(first: &Estimate, second: &Estimate, more: &Estimate) -> Option<Unseen> {
     let rms_deg = (second.value * second.value + rms::square_of(more.high.max(0.0))).sqrt();
     (more.high > 0.0 && rms_deg >= first.value).then_some(Unseen { share: more.high, rms_deg })

@@ -7,10 +7,10 @@ use crate::limit::{Limit, Limits};
 use crate::require::Bench;
 use crate::{Halt, Watch};
 
-/// Number of bounds on the second measure; the first measure is minimised once for each.
+/// Number of bounds on the second measure; for each, the first measure is minimised below this bound.
 const VALUES: usize = 6;
 
-/// Largest number of points on the drawn front.
+/// Largest number of points that are drawn on the front.
 const MOST: usize = 14;
 
 /// Returns settings along the Pareto front, according to the search's own trials. The first measure is minimised while
@@ -72,7 +72,7 @@ fn usable(question: &Question<'_>, looks: &[Look], trials: u64) -> Vec<Look> {
     looks.iter().filter(keeps).cloned().collect()
 }
 
-/// Measures these settings on fresh trials.
+/// Measures these settings on trials of this seed, which the search has not used.
 pub(super) fn judged(
     bench: &Bench<'_>,
     taken: &Limits,

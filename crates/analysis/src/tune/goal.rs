@@ -14,7 +14,7 @@ pub struct Goal {
     pub limits: Limits,
 }
 
-/// Estimates of measures for one setting.
+/// Estimates of measures for one combination of settings, in the units of the measures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured(pub Vec<(Measure, Estimate)>);
 
@@ -25,8 +25,8 @@ impl Measured {
         self.0.iter().find(|(taken, _)| *taken == measure).map_or(none, |(_, estimate)| *estimate)
     }
 
-    /// Returns a term that is added to the goal if no start has an answer; 0 if a start has an answer, or if the
-    /// distance was not measured.
+    /// Returns a term that is added to the objective and subtracted from broken limits' slacks if no start has an answer; 0 if a start has
+    /// an answer, or if the distance was not measured.
     fn away(&self) -> f64 {
         let all_open = self.get(Measure::Unanswered).value >= 1.0;
         let distance = self.get(Measure::Distance).value;
@@ -59,7 +59,7 @@ pub struct Score {
 }
 
 impl Score {
-    /// Score of settings that are invalid.
+    /// Score of invalid settings.
     pub const WORST: Self = Self { broken: f64::INFINITY, merit: f64::INFINITY };
 
     /// Returns true if this score is better than another.
@@ -68,10 +68,10 @@ impl Score {
     }
 }
 
-/// Range of the measure's logarithm: values beyond an end count as that end.
+/// Smallest and largest logarithm of the measure: values beyond an end count as that end.
 const MERITS: (f64, f64) = (-30.0, 8.0);
 
-/// Largest magnitude of a negative slack, such as the slack of an exceeded limit of zero.
+/// Largest magnitude of a negative slack; the slack of an exceeded limit of zero has this magnitude.
 const BROKEN: f64 = 10.0;
 
 /// Returns the slack of a limit: 1 at a value of zero, 0 at the limit, −1 at twice the limit. Beyond that it falls with the logarithm of

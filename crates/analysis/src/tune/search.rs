@@ -13,10 +13,10 @@ use cobyla::{Func, RhoBeg, StopTols, minimize};
 
 use super::{Goal, Measured, Range, Score, View};
 
-/// Settings that were tried.
+/// Settings that were tried, with their results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {
-    /// Values of the keys.
+    /// Values of the keys in SI, in the order of the ranges.
     pub values: Vec<f64>,
     /// Number of trials.
     pub trials: u64,
@@ -27,7 +27,7 @@ pub struct Look {
 /// Function that measures settings with a number of trials; returns none if the values are invalid.
 pub type Taker<'a, E> = &'a mut dyn FnMut(&[f64], u64) -> Result<Option<Measured>, E>;
 
-/// State of a search.
+/// State of a search: the settings that were tried so far.
 pub struct Search<'a, E> {
     ranges: &'a [Range],
     take: Taker<'a, E>,
@@ -36,7 +36,7 @@ pub struct Search<'a, E> {
     known: HashMap<(Vec<u64>, u64), usize>,
 }
 
-/// Parameters of a descent.
+/// Parameters of a descent: a search from given settings to better ones.
 #[derive(Clone, Copy, Debug)]
 pub struct Descent<'a> {
     /// Measure to be minimised, and limits to be kept.
@@ -58,6 +58,9 @@ impl<'a, E> Search<'a, E> {
     }
 
     /// Measures settings, unless they were measured before; returns their index in [`Self::looks`].
+    ///
+    /// # Errors
+    /// Errors of the function that measures settings.
     pub fn look(&mut self, values: &[f64], trials: u64) -> Result<usize, E> {
         let place = (values.iter().map(|value| value.to_bits()).collect(), trials);
         if let Some(number) = self.known.get(&place) {
@@ -69,7 +72,7 @@ impl<'a, E> Search<'a, E> {
         Ok(self.looks.len() - 1)
     }
 
-    /// Returns the score of settings.
+    /// Returns the score of settings, which are measured if necessary.
     fn score(&mut self, values: &[f64], how: &Descent<'_>) -> Result<Score, E> {
         let number = self.look(values, how.trials)?;
         Ok(how.goal.score(self.looks[number].measured.as_ref(), how.view))
@@ -95,7 +98,7 @@ impl<'a, E> Search<'a, E> {
         let state = RefCell::new((&mut *self, None));
         let view = |places: &[f64]| {
             let (search, failed) = &mut *state.borrow_mut();
-            // After an error nothing is computed any more; the optimiser ends by the number of its looks.
+            // After an error nothing more is measured; the optimiser then ends at its largest number of evaluations.
             let number = if failed.is_some() { None } else { Some(search.look(&values(places), how.trials)) };
             let measured = match number {
                 Some(Ok(number)) => search.looks[number].measured.as_ref(),
@@ -107,14 +110,14 @@ impl<'a, E> Search<'a, E> {
             };
             how.goal.view(measured, how.view)
         };
-        // Of one type, because the crate tells functions apart by their types.
+        // All constraints have one type, because the crate tells functions apart by their types.
         let objective = |places: &[f64], (): &mut ()| view(places).0;
         let left = |limit: usize| move |places: &[f64], (): &mut ()| view(places).1[limit];
         let lefts: Vec<_> = (0..how.goal.limits.0.len()).map(left).collect();
         let limits: Vec<&dyn Func<()>> = lefts.iter().map(|left| left as &dyn Func<()>).collect();
         let ends = StopTols { xtol_abs: vec![0.02 * how.width; free.len()], ..StopTols::default() };
         let bounds = vec![(0.0, 1.0); free.len()];
-        // What it returns is the last of its looks that it found good; all of them are kept, and the best counts.
+        // The result is not used: it is the last point that the optimiser accepted. The best of all points counts, and all are stored.
         let _ = minimize::<&dyn Func<()>, &dyn Func<()>, ()>(
             &objective,
             &first,
@@ -138,14 +141,20 @@ impl<'a, E> Search<'a, E> {
         Ok(best.1)
     }
 
-    /// Improves all keys together; whole numbers are rounded.
+    /// Searches for better values of all keys together; whole numbers are rounded. Returns the best values, which are no worse than `from`.
+    ///
+    /// # Errors
+    /// Errors of the function that measures settings.
     pub fn wide(&mut self, from: &[f64], how: &Descent<'_>) -> Result<Vec<f64>, E> {
         let all: Vec<usize> = (0..self.ranges.len()).collect();
         self.move_free(from, &all, how)
     }
 
-    /// Moves each whole number by 1 in both directions as long as that helps, and searches the other keys anew for each
-    /// step.
+    /// Moves each whole number by 1 in both directions as long as that helps, and searches the other keys anew for each step. Returns the
+    /// best values, which are no worse than `from`.
+    ///
+    /// # Errors
+    /// Errors of the function that measures settings.
     pub fn close(&mut self, from: &[f64], how: &Descent<'_>) -> Result<Vec<f64>, E> {
         let ranges = self.ranges;
         let free: Vec<usize> = (0..ranges.len()).filter(|key| !ranges[*key].whole).collect();
@@ -166,7 +175,7 @@ impl<'a, E> Search<'a, E> {
                 }
                 better
             };
-            // What helped once is tried again.
+            // A step that helped is tried again.
             if moved {
                 missed = 0;
             } else {

@@ -7,7 +7,7 @@ use crate::bracket::between;
 /// Range of the values of a key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Range {
-    /// Path of the key.
+    /// Path of the key, such as `detector.pulse`.
     pub key: String,
     /// Smallest value, in SI.
     pub low: f64,

@@ -1,4 +1,4 @@
-//! The search on functions whose best is known.
+//! The search on functions whose minimum is known.
 
 use std::convert::Infallible;
 
@@ -17,7 +17,7 @@ fn exactly(value: f64) -> Estimate {
     Estimate { value, low: value, high: value }
 }
 
-/// Seeks the least of a function of two values, while `limited` is at most one.
+/// Searches for the minimum of a function of two values, with `limited` at most one.
 fn sought(
     f: impl Fn(f64, f64) -> f64,
     limited: impl Fn(f64, f64) -> f64,
@@ -26,7 +26,7 @@ fn sought(
     let ranges = ranges(true);
     let mut take = |values: &[f64], _: u64| {
         let (x, n) = (values[0], values[1]);
-        // Below 0.02 nothing can be.
+        // Values below 0.02 are invalid.
         let measured = (x > 0.02).then(|| {
             Measured(vec![(Measure::Rms, exactly(f(x, n))), (Measure::Duration, exactly(limited(x, n)))])
         });
@@ -43,8 +43,8 @@ fn sought(
 
 #[test]
 fn analytic_a_limit_and_a_whole_number_have_their_best_values() {
-    // As an error of pulses of length x in n rounds: 1/(x √n), while n (x + 0.1) ≤ 1. With x = 1/n − 0.1 the error is
-    // √n / (1 − 0.1 n), the least at n = 1: x = 0.9.
+    // A model of pulses of length x in n rounds: the error is 1/(x √n), and n (x + 0.1) ≤ 1 is the limit. With x = 1/n − 0.1 the error is
+    // √n / (1 − 0.1 n), with its minimum at n = 1: x = 0.9.
     for from in [[0.05, 8.0], [3.0, 1.0], [0.3, 3.0]] {
         let (end, looks) = sought(|x, n| 1.0 / (x * n.sqrt()), |x, n| n * (x + 0.1), from);
         assert!(end[1] == 1.0 && (end[0] - 0.9).abs() < 0.01, "{end:?} from {from:?}");
@@ -131,7 +131,7 @@ fn analytic_a_difference_of_shares_knows_what_was_not_seen() {
         Tally::of(&limits, vec![values])
     };
     let found = |a: usize, b: usize| paired(&limits, [&tally(a), &tally(b)], false, 1)[0].1;
-    // Of none in n 3.69/n either way, and no more where both have the same cases.
+    // With no case in n trials the difference is at most 3.69/n either way, also if both have the same cases.
     for same in [0, 40] {
         let none = found(same, same);
         assert!(none.value == 0.0 && (none.high * 1000.0 - 3.68).abs() < 0.01, "{none:?}");
@@ -213,7 +213,7 @@ fn regress_few_trials_still_know_the_bad_end_of_a_percentile() {
 fn law_what_may_break_a_limit_breaks_it_where_that_must_be_sure() {
     let limits = Limits(vec![Limit { measure: Measure::Duration, most: 1.0 }]);
     let goal = Goal { minimise: Measure::Rms, limits };
-    // As likely kept as can be, but not surely: 0.9 [0.7, 1.1].
+    // The estimate keeps the limit, but not surely: 0.9 [0.7, 1.1].
     let open = Measured(vec![
         (Measure::Rms, exactly(1.0)),
         (Measure::Duration, Estimate { value: 0.9, low: 0.7, high: 1.1 }),
@@ -242,7 +242,7 @@ fn regress_where_no_start_has_an_answer_the_distance_from_one_is_the_slope() {
     assert_eq!(score(0.0, 19.0), score(0.0, 0.0));
 }
 
-/// Notes the keys of all that is computed.
+/// A watch that notes the keys of all results that are computed.
 #[derive(Default)]
 struct Keys(std::sync::Mutex<Vec<String>>);
 
@@ -289,7 +289,7 @@ fn law_search_choice_and_what_is_told_have_random_numbers_of_their_own() {
     let all = ["0..40 of seed 7", "0..80 of seed 7", "0..40 of seed 8", "0..160 of seed 8"]
         .map(|part| format!("trials {part}"));
     assert_eq!(all.iter().map(|stage| by(stage)).sum::<usize>() + told, keys.len(), "{keys:?}");
-    // Each of the front is there as it was seen on the last seed.
+    // Each point of the front has its figures from the last seed.
     for judged in tuned.front.iter().chain([&tuned.best]) {
         let key = format!("trials 0..160 of seed 9 with [detector.pulse={:?}]", judged.values[0]);
         assert!(keys.iter().any(|known| known.starts_with(&key)), "{key}");

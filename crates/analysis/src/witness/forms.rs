@@ -1,5 +1,5 @@
-//! Closed forms of single pulses: results that follow from a circuit's equations by hand, beside the simulation of the
-//! same circuit.
+//! Closed forms of single pulses: results that follow by hand from a circuit's equations are compared with the simulation of the same
+//! circuit.
 
 use standstill_interface::{Abc, Command, Leg, Nanos, Phase, Sampling, Stage};
 use standstill_inverter::{Bridge, Conduction, DcLink, GateTiming, Inverter, OpenLeg};
@@ -15,7 +15,7 @@ const LINK: f64 = 550.0;
 /// Rotor angle in degrees during line pulses.
 const ANGLE_DEG: f64 = 43.2;
 
-/// Returns a linear motor of L_A 9.2 mH, L_B −2.1 mH and 1 Ω.
+/// Returns a motor without saturation: L_A is 9.2 mH, L_B −2.1 mH, the resistance of a phase 1 Ω.
 ///
 /// # Errors
 /// There is no such built-in motor.
@@ -65,8 +65,8 @@ pub fn line_pulse(open_leg: OpenLeg) -> Result<Witness, WitnessError> {
     ))
 }
 
-/// Checks the time in s at which the diodes have brought that current to zero after all gates turned off: (i + U/2R)
-/// exp(−2R t/L) = U/2R.
+/// Checks the time in s at which the diodes have brought the current of a line pulse to zero after all gates turned off: (i + U/2R) exp(−2R
+/// t/L) = U/2R.
 ///
 /// # Errors
 /// A run could not continue.
@@ -108,7 +108,7 @@ pub fn eddy_step() -> Result<Witness, WitnessError> {
     Ok(Witness::closed("current of a voltage step with eddy currents", [known, here], 1e-9 * known, "A"))
 }
 
-/// Checks the time in s at which a comparator trips at 8 A along a vector: the root of a sum of two exponentials, found
+/// Checks the time in s at which a comparator trips at 8 A while a voltage vector is applied: the root of a sum of two exponentials, found
 /// by bisection to the last bit.
 ///
 /// # Errors
@@ -167,8 +167,8 @@ pub fn open_terminal() -> Result<Witness, WitnessError> {
     Ok(Witness::closed("voltage of the open terminal during a line pulse", [known, here], 1e-6, "V"))
 }
 
-/// Checks the current in A that a vector loses to a dead time, which delays the turn-on of its leg by 2 µs: 2/3 U t_d/L
-/// in a motor without resistance.
+/// Checks the current in A of a voltage vector that a dead time shortens, because it delays the turn-on of the leg by 2 µs: 2/3 U (t −
+/// t_d)/L_d in a motor without resistance.
 ///
 /// # Errors
 /// A run could not continue.

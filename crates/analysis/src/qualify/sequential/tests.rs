@@ -12,7 +12,7 @@ fn looks(most: u64) -> Vec<u64> {
     all
 }
 
-/// Draws of a generator that is new for each number.
+/// Returns the draws of a generator: a new one for each number.
 fn uniform(number: u64, count: u64) -> Vec<f64> {
     let mut draws = Streams::new(9, number).open(Purpose::Design);
     (0..count).map(|_| draws.uniform()).collect()
@@ -73,7 +73,7 @@ fn law_a_probability_at_its_limit_is_seldom_decided_whenever_one_stops() {
             }
         }
         at_most(decided[0] + decided[1], SEQUENCES, alpha, "at the limit");
-        // A bound that is never reached would be no test of it: what may be decided wrongly sometimes is.
+        // A bound that is never reached would not be tested: some wrong decisions must occur.
         assert!(decided[0] + decided[1] > SEQUENCES / 200, "{most}: {decided:?}");
     }
 }

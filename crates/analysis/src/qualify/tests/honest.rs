@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Of 83 % of all angles the middle of a sector of ±30° is more than 5° away, and no start shows it: what is beyond the
+/// At 83 % of all angles the middle of a sector of ±30° is more than 5° away from the rotor, and no start shows this: the error beyond the
 /// sector is small.
 #[test]
 fn law_a_limit_of_the_angle_never_passes_where_answers_are_sectors() {
@@ -24,7 +24,7 @@ fn law_a_limit_of_the_angle_never_passes_where_answers_are_sectors() {
         }
     }
     assert!(cases("right_sector >= 90 %").is_ok() && cases("P(wrong_pole) <= 1 %").is_ok());
-    // A library may name sectors: what counts of a record is the angle, not what is beyond its sector.
+    // A library may name sectors: the error that counts is that of the angle, not the part beyond the sector.
     let one = plan.scenario(0).expect("a scenario");
     let all = records(&plan, &one, 0..60).expect("runs");
     let found: Vec<_> = all.iter().filter(|record| record.half_sector_deg().is_some()).collect();
@@ -48,7 +48,7 @@ fn law_plain_trials_of_odds_that_reach_nothing_are_counted_with_the_others() {
         Some(Rare::of(Event::WrongPole, &odds, 1e-3, alpha, Vec::new()))
     };
     let too_rare = || vec![Alarm::TooRare { level: 1e-16, at_most: 1.2e-16 }];
-    // As many as the test needs by itself, less the 64.
+    // The number that the test needs by itself, less the 64.
     let needed = sequential::Share { most: 1e-3, alpha: claim.alpha }.trials_needed(0.0).expect("none seen");
     let cases = [(needed, too_rare(), Verdict::Passed), (needed / 2, too_rare(), Verdict::NotShown)];
     let lost = (needed, [too_rare(), vec![Alarm::Errors(1)]].concat(), Verdict::NotShown);
