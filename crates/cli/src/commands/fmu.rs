@@ -28,7 +28,7 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     }
     let folder = options.out.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or_else(|| Path::new("."));
-    // A folder that is not there is a slip of the pen rather than a wish for one.
+    // A missing folder is reported as a mistake; it is not created.
     std::fs::metadata(folder).map_err(Error::writing(&options.out))?;
     let shorthands = Shorthands::default()
         .with("--errors", "errors", options.errors.map(Choice::name))
@@ -52,7 +52,7 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     let binaries = binaries(options)?;
     replaces_nothing_else(&options.out)?;
     let content = pack(&model, version, &binaries).map_err(Error::writing(&options.out))?;
-    // Equal questions give equal bytes.
+    // The same options give the same bytes, so an equal file is accepted without `--force`.
     let there = read_at_most(&options.out, content.len() as u64);
     let other = there.map_or_else(|error| error.kind() != io::ErrorKind::NotFound, |there| there != content);
     if !options.force && other {
@@ -106,8 +106,8 @@ fn replaces_nothing_else(out: &Path) -> Result<(), Error> {
     Err(Error::InTheWay { path: out.to_owned(), is: "no FMU", needed: "another name, or an FMU to replace" })
 }
 
-/// Reads the shared libraries for the FMU: the named ones; without names, the one beside the program and those of other
-/// kinds of machines.
+/// Reads the shared libraries for the FMU: those that `--binary` names; without that option, the library beside the program, and the
+/// libraries for other kinds of machines.
 fn binaries(options: &Fmu) -> Result<Vec<Binary>, Error> {
     let mut paths = options.binary.clone();
     if paths.is_empty() {
@@ -138,7 +138,7 @@ fn binaries(options: &Fmu) -> Result<Vec<Binary>, Error> {
 fn own() -> Result<PathBuf, Error> {
     let program = std::env::current_exe().map_err(|error| Error::Read("standstill".into(), error))?;
     let places = Binary::beside(&program);
-    // Cargo leaves one in either place, not always the same: the newer one is of what was compiled last.
+    // Cargo may leave the library in either of two places. The newer file belongs to the last build.
     let there = places.iter().filter(|path| path.is_file());
     let found = there.max_by_key(|path| path.metadata().and_then(|file| file.modified()).ok()).cloned();
     found.ok_or_else(|| {

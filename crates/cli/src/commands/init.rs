@@ -17,7 +17,7 @@ use crate::shell::output::create_new;
 /// The example file with the keys outside the tables; keys of the tables are added from the registry of keys.
 const SCENARIO: &str = include_str!("init/scenario.toml");
 
-/// Returns the example with every key; each key of a table has an example and the begin of its description.
+/// Returns the example with every key; each key of a table has an example and the first sentence of its description.
 pub fn scenario() -> String {
     let mut text = String::new();
     for line in SCENARIO.lines() {
@@ -42,7 +42,7 @@ pub fn scenario() -> String {
 /// Returns the first sentence about a key, and the names if its values are a choice.
 fn remark(key: &file::Key) -> String {
     let about = key.about.split_whitespace().collect::<Vec<_>>().join(" ");
-    // `0: none` is no end.
+    // The colon in `0: none` does not end the sentence.
     let ends = about.match_indices([':', '.']).map(|(at, _)| at);
     let mut ends = ends.filter(|at| about[at + 1..].starts_with(' ') && !about[..*at].ends_with('0'));
     let first = ends.next().map_or(about.trim_end_matches('.'), |end| &about[..end]);
@@ -115,7 +115,7 @@ mod tests {
 
     use super::*;
 
-    /// A file with what its comments give keys and tables, beside the prose.
+    /// Turns comments that contain a key or a table into settings. Comments in prose stay.
     fn with_comments(text: &str) -> String {
         let is_key = |word: &str| word.chars().all(|c| c.is_ascii_alphanumeric() || "_.\"-".contains(c));
         let given = |line: &str| {
@@ -127,7 +127,7 @@ mod tests {
         lines.collect::<Vec<_>>().join("\n")
     }
 
-    /// Returns the example scenario with its comments turned into settings, up to the part on a motor of its own.
+    /// Returns the example scenario with its comments turned into settings, without the part that describes a motor.
     fn everything() -> String {
         with_comments(scenario().split("# A motor that differs").next().unwrap_or_default())
     }
@@ -145,7 +145,7 @@ mod tests {
         let all = format!("{head}\n[nameplate]{}", with_comments(tail));
         let everything = motor(&all);
         assert_eq!((everything.rotor.inertia, everything.rotor.friction.stiction), (4e-4, 0.04));
-        // With the keys of the schema, and no other.
+        // The template has the keys of the schema, and no others.
         let table: Table = all.parse().expect("TOML");
         let keys =
             table["nameplate"].as_table().expect("a table").keys().cloned().collect::<BTreeSet<String>>();
@@ -180,7 +180,7 @@ mod tests {
             let reference = schema["properties"][key]["$ref"].as_str().expect("a table of its own");
             let Value::Table(below) = &table[key] else { panic!("{key} is no table") };
             let mut known = properties(&schema, reference.trim_start_matches('#'));
-            // Python writes it into the records of its runs: nobody else does.
+            // The library for Python writes this key into the records of its runs; a file never has it.
             known.remove("python");
             assert_eq!(keys(below), known, "{key}");
         }

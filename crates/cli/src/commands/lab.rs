@@ -71,7 +71,7 @@ fn advice(document: &Document) -> Result<Advice, String> {
     Ok(Advice { keys: Some(candidate.setting.in_scenario().into_iter().collect()), text })
 }
 
-/// Returns the HTML page of a run.
+/// Returns the HTML page of the finished run in a folder; reads no file outside `fence`.
 fn report(folder: &Path, fence: &Path) -> Result<String, String> {
     super::report::html(folder, fence).map_err(|error| error.to_string())
 }
@@ -89,7 +89,7 @@ fn open(address: &str) {
     let browser =
         Command::new(program).args(words).arg(address).stdin(quiet()).stdout(quiet()).stderr(quiet()).spawn();
     if let Ok(mut browser) = browser {
-        // It may end before the lab does.
+        // The thread waits for the browser's process, which may end before the lab.
         std::thread::spawn(move || browser.wait());
     }
 }

@@ -116,7 +116,7 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
         let most = covered(range);
         if reach > most * (1.0 + 1e-9) {
             let [[d_low, d_high], [q_low, q_high]] = range.map(|ends| ends.map(short));
-            // Six digits of a current that the map has: rounded down where they would lie beyond it.
+            // The largest covered current with six digits, rounded down if the rounded value would lie beyond the map.
             let nearest = short(most);
             let beyond = nearest.parse::<f64>().is_ok_and(|nearest| nearest > most * (1.0 + 1e-9));
             let most = if beyond { short(most * (1.0 - 5e-6)) } else { nearest };
@@ -130,10 +130,10 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     let uncertainty = subject.map.as_ref().map_or(0.0, |(_, map)| map.distance[0]);
     let mut survey = Survey::of(&subject.magnetics, reach, STEPS, uncertainty).map_err(Error::Magnetics)?;
     if let Some((_, map)) = &subject.map {
-        // Of the data, not of what was made of them.
+        // The reciprocity error of the file's data, not of the map fitted to them.
         survey.reciprocity_error = map.reciprocity_error;
         if map.axes == MapAxes::NoMagnet {
-            // Without a magnet the poles are alike; what differs is the map's noise.
+            // Without a magnet both poles are alike; a difference between them is noise of the map.
             survey.signature = PolaritySignature::None;
         }
     }
@@ -156,12 +156,12 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     answer.report(folder, options.json, &Made { asked: Some(asked), ..Made::default() })
 }
 
-/// Returns the standard errors of L_dd, L_dq and L_qq in H; none if the inductances do not come from a map. `current`:
-/// i_d and i_q in A on one of the axes. The temperature of a magnet changes the motor's operating point on the map, not
-/// the map's accuracy.
+/// Returns the standard errors of L_dd, L_dq and L_qq in H; NaN beyond the measured currents, none if the inductances do not come from a
+/// map. `current`: i_d and i_q in A on one of the axes. The temperature of a magnet changes the motor's operating point on the map, not the
+/// map's accuracy.
 fn standard_errors(subject: &Subject, current: [f64; 2]) -> Option<[f64; 3]> {
     let (_, map) = subject.map.as_ref()?;
-    // Of what was continued nobody knows.
+    // The accuracy of the continued part of a map is not known.
     let beyond =
         |continued: &Continuation| current[0] < continued.measured[0] || current[0] > continued.measured[1];
     if map.continued.as_deref().is_some_and(beyond) {
@@ -175,7 +175,7 @@ fn reach(survey: &Survey) -> f64 {
     survey.polarity.last().map_or(0.0, |point| point.current)
 }
 
-/// Returns L_d and L_q in H for an infinitely short pulse; none without eddy currents, which make the difference.
+/// Returns L_d and L_q in H for an infinitely short pulse, which eddy currents reduce; none for a motor without eddy currents.
 fn short_pulse(subject: &Subject, survey: &Survey) -> Option<[f64; 2]> {
     let branch = subject.magnetics.eddy_currents()?;
     Some([survey.l_dd * (1.0 - branch.d_depth), survey.l_qq * (1.0 - branch.q_depth)])

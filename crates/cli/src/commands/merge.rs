@@ -15,7 +15,7 @@ pub fn run(options: &Merge) -> Result<Report, Error> {
     guard(&options.results, &shards.identity.whole(), true)?;
     match Results::write(&options.results, &shards, &stop)? {
         Some(results) => {
-            // Shards have the scenario of the whole.
+            // All shards have the scenario of the whole run, so the note of any shard serves.
             let out = &options.results.out;
             match options.shards.iter().find_map(|folder| Begun::of(folder)).filter(|_| files_wanted()) {
                 Some(begun) => begun.note(out)?,

@@ -30,7 +30,7 @@ pub fn run(options: &Motors) -> Result<Report, Error> {
         return Ok(Report { text: out, code: 0 });
     };
     let sheet = super::sheet(name)?;
-    // A sheet that is no motor is not shown as one.
+    // A data sheet that does not describe a valid motor is refused.
     let motor = sheet.motor().map_err(Error::Motor)?;
     if let Some(doubt) = doubts::of_motor(&motor) {
         tell(&format!("warning: {doubt}"));

@@ -1,4 +1,4 @@
-//! `standstill odds`: the probability of a rare event, and its typical errors.
+//! `standstill odds`: the probability of a rare event, and the errors of drive and sensors that typically cause it.
 
 mod words;
 
@@ -85,7 +85,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     } else if likely > 0.0 {
         answer.next("which part of the drive makes the error", format!("standstill budget {again}"))
     } else {
-        // None of a million is at most 3.7 in a million.
+        // If none of n trials has the event, its probability is at most 3.7/n.
         answer.next(
             "plain trials bound it by 3.7 over their number",
             format!("standstill run {again} --rows none --trials 1000000"),
@@ -103,7 +103,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(trials.scenario(), answer)
 }
 
-/// Refuses an event that cannot happen to any start.
+/// Refuses an event that no start of the scenario can have.
 fn can_happen(event: Event, plan: &Plan, scenario: &Scenario<Method<f64>>) -> Result<(), Error> {
     let motor = &scenario.motor;
     let (found, needed) = match event {
@@ -126,7 +126,7 @@ fn can_happen(event: Event, plan: &Plan, scenario: &Scenario<Method<f64>>) -> Re
     Err(Error::Arguments(format!("`--event {event}`: found {found}, needed {needed}")))
 }
 
-/// Returns what a start must have found so that the event can be asked of it.
+/// Returns the result that a start must have so that the event is defined for it: an axis or an angle.
 const fn needs(event: Event) -> Needs {
     match event {
         Event::Error(_) | Event::WrongEvidence => Needs::Axis,
@@ -134,33 +134,35 @@ const fn needs(event: Event) -> Needs {
     }
 }
 
-/// Returns true if the event is one of the starts with an answer, which are fewer where others have none.
+/// Returns true if only starts with an answer can have the event. Starts without an answer then make the event rarer.
 const fn is_about_answers(event: Event) -> bool {
     matches!(event, Event::WrongPole | Event::WrongEvidence | Event::Error(_))
 }
 
-/// Returns true if the event is one of the starts with an answer, and none has one: its rarity would say nothing of the detector.
+/// Returns true if only starts with an answer can have the event, and no start has an answer: the probability of the event would say
+/// nothing about the detector.
 fn is_empty(event: Event, starts: &Silence) -> bool {
     is_about_answers(event) && starts.answered() == 0
 }
 
-/// Returns the next effort, with the probability down to which its runs go, for an event that no run reached.
+/// Returns the smallest probability that the runs of the next higher effort reach, and that effort's name. None if no run gave up because
+/// the event was too rare, or if there is no higher effort.
 fn deeper(effort: Effort, odds: &Odds) -> Option<(f64, &'static str)> {
     let gave_up = odds.alarms.iter().any(|alarm| matches!(alarm, Alarm::TooRare { .. }));
     let next = effort.deeper()?;
     gave_up.then_some((next.least(), next.name()))
 }
 
-/// Intermediate results of subset simulation.
+/// Intermediate results of the runs of subset simulation, which estimates the probability of a rare event by levels of increasing rarity.
 #[derive(Default)]
 struct SoFar {
-    /// How each finished run ended, and the probability that it found.
+    /// For each finished run the reason of its end, and its probability: of the event, or of its last level.
     runs: Vec<(End, f64)>,
     /// Probability of the level that the current run has reached.
     level: Option<f64>,
 }
 
-/// Observer that shows the progress of the runs.
+/// Observer that shows the progress of the runs on the terminal.
 struct Listening<'a> {
     watched: &'a Watched,
     found: Mutex<SoFar>,
@@ -202,8 +204,8 @@ impl Watch for Listening<'_> {
     }
 }
 
-/// Returns the probability known so far: the event's once a run has reached it; before that, an upper limit from the
-/// levels reached.
+/// Returns the probability known so far as text. Once a run has reached the event, it is that of the event; before, it is an upper limit
+/// from the levels reached.
 fn known(so_far: &SoFar) -> Option<String> {
     let reached = so_far.runs.iter().filter(|(end, _)| *end == End::Reached);
     let sum: f64 = reached.clone().map(|(_, found)| found).sum();
@@ -211,7 +213,7 @@ fn known(so_far: &SoFar) -> Option<String> {
         return Some(format!("so far {}", probability(sum / so_far.runs.len() as f64)));
     }
     let levels = so_far.runs.iter().filter(|(end, _)| *end == End::TooRare).map(|(_, level)| *level);
-    // Of runs that came down, the one that came least far bounds the most.
+    // Of the runs that gave up, the one with the most probable last level gives the upper limit.
     let lowest =
         levels.fold(None, |most: Option<f64>, level| Some(most.map_or(level, |most| most.max(level))));
     let level = lowest.or(so_far.level)?;
@@ -236,15 +238,16 @@ fn expected(settings: &Settings, done: &[(End, u32)]) -> u64 {
         done.iter().map(|(_, levels)| f64::from(*levels)).sum::<f64>() / done.len() as f64
     };
     let states = f64::from(settings.states);
-    // Three moves for each state but the seeds.
+    // Each state except the seeds of the chains takes three moves.
     let level = 3.0 * states * (1.0 - 1.0 / f64::from(settings.chain));
-    // Where no run comes to the event, the others are plain trials alone.
+    // If the first runs all give up, the later runs consist of their plain trials only.
     let is_given_up = !done.is_empty() && done.iter().all(|(end, _)| *end == End::TooRare);
     let runs = if is_given_up { GIVEN_UP } else { RUNS as usize };
-    // Some millions.
+    // The number is some millions, so the conversion is exact enough.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let trials = (f64::from(RUNS) * states + runs as f64 * (levels - 1.0).max(0.0) * level) as u64;
-    // Runs that find no way to the event are followed by plain trials; a first run that finds none, at once.
+    // If most runs find no direction toward the event, plain trials follow. If the first run finds none at its first level, they follow at
+    // once.
     match done {
         [(End::Flat, 1)] => u64::from(settings.states + settings.counted()),
         _ if done.iter().filter(|(end, _)| *end == End::Flat).count() * 2 > RUNS as usize => {
@@ -254,7 +257,7 @@ fn expected(settings: &Settings, done: &[(End, u32)]) -> u64 {
     }
 }
 
-/// Draws the waveforms of a typical start with the event. Returns the figure and its caption.
+/// Draws the waveforms of a typical start with the event; `tape`: the start's random numbers. Returns the figure and its caption.
 fn typical(trials: &Trials<'_>, tape: &Tape, event: Event, setting: &str) -> Result<(Figure, String), Error> {
     let scenario = trials.plan().scenario_taped(0, trials.scenario(), tape)?;
     let case = scenario.case_taped(tape);

@@ -39,7 +39,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         ("--only", (!options.only.is_empty()).then(|| options.only.join(", "))),
         ("--no-witness", options.no_witness.then(String::new)),
     ];
-    // What is wrong with one of the cases shows before the first trial.
+    // All cases are built before the first trial, so that a mistake in one of them is reported early.
     let mut found = Qualification::new(requirements, &plan, &document)?;
     let asked = match Asked::new(question, "qualify", &plan, named, 0)? {
         Ok(asked) => asked,
@@ -72,7 +72,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(&scenario, answer(&words, setting(plan.file(), &scenario), manifest, heard.as_deref()))
 }
 
-/// Returns the numbers of the requirements that the user asked about.
+/// Returns the indices in the list of the requirements that `--only` names, in ascending order; all indices without that option.
 fn only(options: &Options, requirements: &Requirements) -> Result<Vec<usize>, Error> {
     let place = |id: &String| {
         let ids = || requirements.list.iter().map(|requirement| requirement.id.as_str());

@@ -88,12 +88,12 @@ pub struct Asked<'a> {
 }
 
 impl<'a> Asked<'a> {
-    /// Begins a question that needs about `trials` trials; 0 if their number is not known. With `--resume`, returns the report of an answer that
-    /// is finished.
+    /// Begins a question. `options`: options of the command with their values; `trials`: approximate number of trials, 0 if it is not
+    /// known. If `--resume` finds a finished answer, returns its report in place of the question.
     ///
     /// # Errors
-    /// Files cannot be written; notes exist, but `--resume` is not given or they belong to another scenario; or the
-    /// folder has the answer to another question.
+    /// Files cannot be written; notes exist, but `--resume` is not given or they belong to another scenario; or the folder has the answer
+    /// to another question.
     pub fn new<const N: usize>(
         question: &'a Question,
         name: &'static str,
@@ -104,7 +104,7 @@ impl<'a> Asked<'a> {
         let folder = folder(question, name);
         if let Some(folder) = &folder {
             let names = ["csv", "json", "html", "svg", "png"].map(|kind| format!("{name}.{kind}"));
-            // Made and removed again: what cannot be written shows before the first trial.
+            // The output is made and removed again, so that files that cannot be written are reported before the first trial.
             drop(Output::create(folder, &names.each_ref().map(String::as_str))?);
         }
         let identity = Identity::new(plan, options)?;
@@ -142,7 +142,7 @@ impl<'a> Asked<'a> {
         &self.identity
     }
 
-    /// Removes the notes that this process has of the question; those of another process stay.
+    /// Removes the notes (intermediate results for `--resume`) that this process wrote. Notes of another process stay.
     pub fn forget(&self) -> Result<(), Error> {
         let own = notes_of(self.question, self.name).filter(|_| self.watched.has_notes());
         match own.filter(|notes| notes.exists()) {
@@ -151,7 +151,7 @@ impl<'a> Asked<'a> {
         }
     }
 
-    /// Returns the report of an interrupted question.
+    /// Returns the report of an interrupted question; `done`: words for the part that was completed.
     pub fn interrupted(&self, done: &str) -> Report {
         let kept = notes_of(self.question, self.name).filter(|_| self.watched.has_notes());
         let command = to_resume();
@@ -170,7 +170,7 @@ impl<'a> Asked<'a> {
         Report { text, code: INTERRUPTED }
     }
 
-    /// Writes the answer, to whose JSON it adds setup and identity.
+    /// Adds setup and identity to the answer's JSON, writes the files, and returns the report.
     pub fn answer(&self, scenario: &Scenario<Method<f64>>, mut answer: Answer) -> Result<Report, Error> {
         let said = json!(finished::Said::of(&answer));
         let (file, json) = (self.plan.file(), &mut answer.json);
@@ -189,7 +189,7 @@ impl<'a> Asked<'a> {
         let setup = Some(Setup::of(&place, &of.scenario, &of.files, Vec::new()));
         let made = Made { setup, command: command(self.name, options), ..Made::default() };
         let report = answer.report(folder(self.question, self.name), self.question.json, &made)?;
-        // Only now that the files are in place.
+        // The notes are removed only now that the files are in place.
         self.forget()?;
         Ok(report)
     }
@@ -200,7 +200,7 @@ fn notes_of(question: &Question, name: &str) -> Option<PathBuf> {
     Some(folder(question, name)?.join(format!("{name}.journal")))
 }
 
-/// Opens the notes at this path, which are new or belong to the same question.
+/// Opens the notes (intermediate results for `--resume`) at this path. They are new, or belong to the same question.
 fn notes(question: &Question, path: PathBuf, asked: &Identity) -> Result<Notes, Error> {
     if let Some(folder) = path.parent() {
         remove_stale(folder);

@@ -40,12 +40,12 @@ pub fn run(options: &Report) -> Result<Said, Error> {
     Ok(said)
 }
 
-/// Returns the question that these files answer, which consists of the folders of the runs. The runs in these folders
-/// may have been extended or replaced since; `report` then makes the page again.
+/// Returns the question that the report's files answer: the folders of the runs. If the run in a folder was extended or replaced since, the
+/// question is the same, and `report` makes the page again.
 fn asked(options: &Report, out: &Path) -> NotedQuestion {
     let real = |folder: &Path| folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let first = real(&options.folder);
-    // Beside its own run a page stays that run's, wherever both are moved to.
+    // A page inside the folder of its run stays the page of that run if the folder is moved, so the question does not name the folder.
     let beside = out.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let own = real(beside) == first;
     let first = if own { "the run beside it".to_owned() } else { first.display().to_string() };

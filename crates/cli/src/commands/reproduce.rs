@@ -84,7 +84,7 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
     })?;
     bar.finish_and_clear();
     if done == 0 {
-        // Nothing to keep, and whatever an earlier run left stays.
+        // No file is written, and the files of an earlier run remain.
         return Ok(Report {
             text: "Interrupted before the first trials were done.\n".to_owned(),
             code: INTERRUPTED,
@@ -159,7 +159,7 @@ impl Study {
 
     fn draw(&self, output: &mut Output, cloud: &ErrorCloud) -> Result<(), Error> {
         let Self { scenario, setting, .. } = self;
-        // The paper's first position.
+        // The first rotor position of the paper's table 2.
         let angle = TABLE_2[0].measured_deg;
         let case = scenario.case_at(angle.to_radians(), Specimen { drive: 0, noise: 0 });
         let mut detector = Logged::new(scenario.detector.detector()?);

@@ -29,14 +29,14 @@ use crate::shell::values::shown;
 /// Factor by which the default range extends above and below the scenario's value.
 const FACTOR: f64 = 30.0;
 
-/// Number of values of the scan.
+/// Number of values in the first scan of a key's range.
 const POINTS: usize = 17;
-/// Number of trials at each value of the scan.
+/// Number of trials at each value of the first scan.
 const TRIALS: u64 = 1000;
-/// Largest number of trials at one value.
+/// Default of the largest number of trials at one value.
 const MOST: u64 = 300_000;
 
-/// The search for the edge up to which limits hold, with all values judged so far.
+/// The search for the edge, the value of a key up to which or from which the limits hold, with all values judged so far.
 struct EdgeSearch<'a> {
     bench: Bench<'a>,
     limits: Limits,
@@ -49,7 +49,7 @@ struct EdgeSearch<'a> {
 }
 
 impl EdgeSearch<'_> {
-    /// Finds the edge over the last key; `before`: values of the keys before it.
+    /// Finds the edge of the last key; `before`: values of the keys before it, in SI units.
     fn find(&mut self, before: &[f64]) -> Result<Found, Halt<FileError>> {
         let Self { bench, search, asked, taken, judged, rows, refused, .. } = self;
         let watched = &asked.watched;
@@ -92,7 +92,7 @@ fn measure(estimate: &Estimate) -> String {
 pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
     let document = document(question)?;
-    // What is wrong with the scenario itself shows first.
+    // Mistakes in the scenario itself are reported first.
     let plan = plan_of(document.clone())?;
     if options.key.len() > 2 {
         return Err(Error::Arguments("--key: one, or two for a trade-off curve".to_owned()));
@@ -162,7 +162,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(&scenario, answer)
 }
 
-/// Adds the commands that go on where no value meets the limits.
+/// Adds the commands to continue with if no value meets the limits.
 fn nowhere(answer: Answer, options: &Options, plan: &Plan, starts: &Silence) -> Result<Answer, FileError> {
     let answer = silence::or_budget(answer, &options.question, plan, starts)?;
     if starts.is_mostly_silent() {
@@ -172,7 +172,7 @@ fn nowhere(answer: Answer, options: &Options, plan: &Plan, starts: &Silence) -> 
     Ok(answer.next("which settings of the detector keep the limits", tune))
 }
 
-/// Returns the range of a key: the requested one, or the default around the scenario's value.
+/// Returns the range of a key in SI units: the requested one, or the default around the scenario's value.
 fn range(options: &Options, bench: &Bench<'_>, number: usize) -> Result<(f64, f64), Error> {
     let (key, whole) = &bench.keys[number];
     if let Some(text) = options.between.get(number) {
@@ -196,7 +196,8 @@ const fn side(side: Side) -> &'static str {
     }
 }
 
-/// Returns the limits that fail beyond an edge, as texts for the JSON.
+/// Returns the reasons why an edge is one, as texts for the JSON: the limits that fail beyond it, starts without an answer, or values that
+/// are refused.
 fn bound(limits: &Limits, bound: &Bound) -> Vec<String> {
     match bound {
         Bound::Limits(numbers) => {
@@ -221,7 +222,8 @@ fn edge_json(limits: &Limits, judged: &[Judged], edge: &Edge) -> serde_json::Val
     })
 }
 
-/// Returns headline, details and tone of the answer for a stretch, and writes its numbers into the JSON.
+/// Returns headline, details and tone of the answer for a stretch, the values over which the limits hold, and writes its numbers into the
+/// JSON.
 fn stretched(
     asked: &EdgeSearch<'_>,
     found: &Stretch,

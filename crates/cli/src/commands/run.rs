@@ -68,7 +68,7 @@ fn document_of(options: &Run) -> Result<Document, Error> {
 fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     options.amount.check(options.rows)?;
     if options.isolate && !cfg!(feature = "program") {
-        // A host is no program that could be started again as a worker.
+        // A host program that contains this library cannot be started again as a worker.
         return Err(Error::Arguments("--isolate needs a process of the program `standstill`".to_owned()));
     }
     let plan = if options.isolate { isolated::plan(&document)? } else { Plan::new(document)? };
@@ -78,7 +78,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     let whole = options.shard == Shard::WHOLE;
     let path = out.join(options.shard.file_name());
     let stop = interrupt::flag();
-    // Made and removed again: what cannot be written shows before the first trial.
+    // The output is made and removed again, so that files that cannot be written are reported before the first trial.
     drop(Output::create(out, &results::names(options))?);
     if !whole {
         beside(out, &identity, options.results.force)?;
@@ -109,7 +109,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     };
     let mut statistics = Statistics::default();
     let mut found = if options.resume { Found::of(out, &identity)? } else { Found::default() };
-    // Of a new run the note is there before its journal, of another after this process has taken its turn.
+    // A new run gets its note before its journal. A run that is continued gets its note after this process has locked the journal.
     let is_new = !path.exists();
     if is_new {
         begun.note(out)?;
@@ -156,7 +156,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
         }
         Ok(None) => Ok(interrupted(&options.results, &path)),
         Err(error) => {
-            // The caller prints the error itself, in a line.
+            // The caller prints the error itself.
             if path.exists() {
                 tell(&format!(
                     "what was done is kept in {}; once the cause is gone, --resume goes on",
@@ -168,7 +168,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     }
 }
 
-/// Prints what will be simulated, after all checks have passed.
+/// Prints motor, method, conditions and number of trials before the first trial, after all checks have passed.
 fn say(options: &Run, plan: &Plan, identity: &Identity) -> Result<(), Error> {
     if options.results.json || host::current().is_some() {
         return Ok(());
@@ -220,7 +220,8 @@ fn write(
     }
     let shards = Shards::single(path)?;
     let Some(results) = Results::write(&options.results, &shards, stop)? else { return Ok(None) };
-    // Only now that the files are in place. Statistics alone can be extended only from their journal.
+    // The journal is removed only now that the files are in place. Of a run without rows it is kept under another name, because only the
+    // journal can be extended.
     if options.rows == Rows::None && files_wanted() {
         let kept = options.results.out.join(STATISTICS);
         std::fs::rename(path, &kept).map_err(Error::writing(&kept))?;
@@ -230,7 +231,7 @@ fn write(
     Ok(Some(results.report(&options.results, check)))
 }
 
-/// Runs the missing trials. Returns false if it was interrupted.
+/// Runs the missing trials. Returns false if the user interrupted the run. `earlier`: rows of earlier runs, which are not simulated again.
 fn advance(
     trials: &Trials<'_>,
     earlier: &mut Earlier,
@@ -250,8 +251,8 @@ fn advance(
     Ok(done?)
 }
 
-/// Returns the progress as text. For a run without axes it contains the rms error, with the digits that it supports.
-/// The points of a sweep were chosen by the user; an error over all of them would depend on this choice.
+/// Returns the progress as text: for a run without axes the rms error so far, for a sweep the number of the point. A sweep has no common
+/// error, because it would depend on the user's choice of points.
 fn so_far(points: usize, point: usize, rows: &[Row], statistics: &mut Statistics) -> String {
     if points > 1 {
         return format!("point {} of {points}", point + 1);
@@ -267,12 +268,12 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
     let names = results::names(options);
     let options = &options.results;
     let path = options.out.join(SUMMARY);
-    // Trials in another format are not what was asked for.
+    // Files of trials in another format do not count as finished.
     if names.is_empty() || names.iter().any(|name| !options.out.join(name).exists()) {
         return Ok(None);
     }
     let summary = match SummaryFile::read(&options.out) {
-        // It is replaced.
+        // An unreadable summary is replaced.
         Err(_) if options.force => return Ok(None),
         summary => summary?,
     };
@@ -302,7 +303,7 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
     Ok(Some(Report { text, code }))
 }
 
-/// Removes an existing journal with `force`; otherwise refuses the run.
+/// Removes an existing journal with `force`; otherwise refuses the run. A journal in use by another process is never removed.
 fn make_way(path: &Path, force: bool) -> Result<(), Error> {
     if Journal::is_busy(path) {
         return Err(Error::Journal(JournalError::Busy(path.to_owned())));

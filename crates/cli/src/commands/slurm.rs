@@ -19,7 +19,7 @@ pub fn run(options: &Slurm) -> Result<Report, Error> {
     options.amount.check(options.rows)?;
     let mut document = document(&options.scenario, &options.keys, &options.amount)?;
     scenario::vary(&mut document, &options.axes)?;
-    // What is wrong with it shows here, and not a thousand times on the cluster.
+    // A mistake in the scenario is reported here, and not by every job on the cluster.
     if options.isolate {
         isolated::plan(&document)?
     } else {

@@ -24,7 +24,7 @@ pub fn run(options: &Status) -> Result<Report, Error> {
     };
     let code = u8::from(!survey.is_done());
     let count = |state| survey.shards.iter().filter(|shard| shard.state == state).count();
-    // A run without shards is one that nothing is submitted of.
+    // Of a run without shards nothing has to be submitted again.
     let plain = survey.shards.len() == 1;
     let again = if plain { String::new() } else { survey.again() };
     if options.json {
@@ -79,13 +79,13 @@ pub fn run(options: &Status) -> Result<Report, Error> {
     Ok(Report { text, code })
 }
 
-/// Returns the report on a folder without journals, in which a finished run leaves only its summary.
+/// Returns the report on a folder without journals, such as a finished run leaves it: with its summary and tables.
 fn finished(folder: &Path, as_json: bool) -> Result<Report, Error> {
     if !folder.join(SUMMARY).exists() {
         return Err(ShardsError::None(folder.to_owned()).into());
     }
     let summary = SummaryFile::read(folder)?;
-    // What was changed or removed since is no result of the run.
+    // A table that was changed or removed since is reported as an error.
     for table in summary.tables.iter().flat_map(Tables::names) {
         summary.check(&folder.join(table))?;
     }

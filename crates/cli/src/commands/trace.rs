@@ -37,7 +37,7 @@ fn shorthands(options: &Options) -> Shorthands {
 /// Returns the plan of the trial's campaign, with the keys of `source` instead of those on the command line.
 fn plan(options: &Options, source: &Source) -> Result<Plan, Error> {
     let shorthands = shorthands(options).with("--angle", "rotor.angle", options.angle);
-    // What is shipped is set up for the paper's method.
+    // The built-in scenario sets the paper's method. If the user names a method or library, an empty scenario is used instead.
     let keys = &source.keys.set;
     let names = |(key, _): &(String, String)| ["detector.method", "detector.library"].contains(&key.as_str());
     let names_method = options.method.is_some() || source.keys.detector.is_some() || keys.iter().any(names);
@@ -76,7 +76,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let host = host::current();
     let identity = Identity::new(&plan, [])?;
     let said = format!("{}, {}", setting(plan.file(), &single.scenario), trial_of(options));
-    // The same trial in another format, or with its numerical error, is no other one.
+    // Format and `--verify` are not part of the question: the same trial may replace its files.
     let of = (&identity, options.point, options.trial);
     let asked = NotedQuestion::new("trace", said, &of, options.force.force);
     let in_memory = host.as_ref().is_some_and(|host| !host.files);

@@ -40,7 +40,7 @@ const LAST: u64 = 20_000;
 pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
     let document = document(question)?;
-    // What is wrong with the scenario itself shows first.
+    // Mistakes in the scenario itself are reported first.
     let plan = plan_of(document.clone())?;
     let ranges = ranges(options, &document)?;
     let minimise = options.minimise;
@@ -102,7 +102,7 @@ fn unanswered(tuned: &Tuned) -> f64 {
     tuned.best.measured.get(Measure::Unanswered).value
 }
 
-/// Returns the keys with their ranges, both ends of which are checked.
+/// Returns the keys of `--vary` with their ranges. The scenario must be valid at both ends.
 fn ranges(options: &Options, document: &Document) -> Result<Vec<Range>, Error> {
     let keys: Vec<String> = options.vary.iter().map(|(key, _)| key.clone()).collect();
     if let Some(twice) = keys.iter().enumerate().find(|(k, key)| keys[..*k].contains(key)) {
@@ -135,8 +135,8 @@ fn ranges(options: &Options, document: &Document) -> Result<Vec<Range>, Error> {
     Ok(ranges)
 }
 
-/// Returns the limits. Limits relative to the initial settings are computed from trials with these. For shares such a
-/// limit is the upper end of the interval, or the smallest share that the search can resolve.
+/// Returns the limits. A limit without a number demands the value of the initial settings, which is computed from trials with these
+/// settings. For a share the limit is the upper end of its interval, but at least the smallest share that the search can resolve.
 fn limits(
     options: &Options,
     document: &Document,
@@ -180,7 +180,7 @@ fn settings_json(asked: &Asked<'_>, judged: &Judged) -> Value {
 }
 
 fn measures_json(measures: &[(Measure, Estimate)]) -> Value {
-    // Beyond every bound is no number in JSON.
+    // JSON has no infinite numbers.
     let number = |value: f64| if value.is_finite() { json!(value) } else { Value::Null };
     let one = |(measure, e): &(Measure, Estimate)| {
         (
@@ -202,7 +202,7 @@ fn answer(
     let mut details = words::details(asked, tuned);
     let starts = starts.filter(|starts| starts.is_frequent());
     details.extend(starts.map(|starts| format!("as it is set: {}", starts.sentence())));
-    // What breaks a limit, or answers no start, is not there to copy.
+    // Settings that break a limit, or with which no start has an answer, are not offered for copying.
     let is_silent = unanswered(tuned) >= 1.0;
     let found = tuned.is_found() && !is_silent;
     let settings = found.then(|| words::toml(asked, &tuned.best));

@@ -1,4 +1,4 @@
-//! `standstill witness`: checks against closed forms, conservation laws and stored results, computed on this machine.
+//! `standstill witness`: checks (*witnesses*) against closed forms, conservation laws and stored results, computed on this machine.
 
 use std::sync::atomic::AtomicBool;
 
@@ -15,7 +15,8 @@ use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::{remove_stale, unfinished_prefix};
 use crate::shell::{Report, progress};
 
-/// Computes all witnesses, with a temporary folder for their files; none if stopped.
+/// Computes all witnesses, with a temporary folder for their files; none if stopped. `hear` gets the name of each group of witnesses when
+/// it begins.
 pub fn hear(stop: &AtomicBool, hear: impl FnMut(&'static str)) -> Result<Option<Vec<Witness>>, Error> {
     let place = std::env::temp_dir();
     remove_stale(&place);
@@ -70,7 +71,7 @@ fn report(found: &[Witness], as_json: bool) -> Report {
     Report { text: Answer { sections, ..Answer::default() }.text(), code }
 }
 
-/// Formats a number for people.
+/// Formats a number with up to eight decimals; very small and very large numbers in scientific notation.
 fn number(value: f64) -> String {
     if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
         let digits = format!("{value:.8}");

@@ -19,10 +19,11 @@ pub struct Weighted {
     pub method: String,
     /// Sum of the rates of the modes that were studied.
     pub total: f64,
-    /// Part of `total` that leads to wrong poles: its estimate, and the sum of the modes' 95 % upper bounds. The fields `beyond` and
-    /// `detected` are the parts that lead to an angle beyond the limit, and to no answer.
+    /// Part of `total` that leads to wrong poles: its estimate, and the sum of the modes' 95 % upper bounds.
     pub wrong_pole: [f64; 2],
+    /// Part of `total` that leads to an angle beyond the limit.
     pub beyond: f64,
+    /// Part of `total` that leads to no answer.
     pub detected: f64,
 }
 

@@ -42,7 +42,7 @@ pub(super) fn saturation(fit: &Fit) -> Option<String> {
     Some(text)
 }
 
-/// Returns the sentence on the law for which intervals of saturation hold; none if no saturation was measured.
+/// Returns the sentence on the saturation laws of the iron for which the intervals of saturation hold; none if no saturation was measured.
 pub(super) fn law(fit: &Fit) -> Option<String> {
     let is_measured = fit.parameters.iter().any(|one| one.name.starts_with("saturation") && one.identified);
     is_measured.then(|| {
@@ -73,7 +73,7 @@ pub(super) fn discrepancy(fit: &Fit, one: &Discrepancy) -> String {
     )
 }
 
-/// Returns what to do about a parameter of the drive whose given value these currents contradict.
+/// Returns the next step for a parameter of the drive whose given value these currents contradict.
 fn settled(fit: &Fit, one: &Discrepancy) -> String {
     let [_, begun_with] = estimated_and_begun_with(fit, one);
     let (measure, resembles) = match &one.name[..] {
@@ -95,7 +95,8 @@ fn settled(fit: &Fit, one: &Discrepancy) -> String {
     )
 }
 
-/// Returns the words on a link that moves too far for its mean, which large currents show as the iron does; none for a steady one.
+/// Returns the words that name the DC link as a possible cause of a misfit at large currents, if its voltage moves by more than 5 % of its
+/// mean while legs drive; empty for a steadier link.
 fn first_at_a_soft_link(swing: &Swing, files: &[String]) -> String {
     if !swing.is_soft() {
         return String::new();
@@ -126,7 +127,8 @@ pub(super) fn misfit(fit: &Fit, files: &[String]) -> String {
     }
 }
 
-/// Returns the sentence on a DC link that moves while legs drive. `files`: names of the trace files.
+/// Returns the sentence on a DC link whose voltage moves by more than 2 % of its mean while legs drive; none for a steadier link. `files`:
+/// names of the trace files.
 pub(super) fn link(fit: &Fit, files: &[String]) -> Option<String> {
     let Swing { record, ends: [low, high], spread, .. } = fit.link_swing;
     fit.link_swing.is_noted().then(|| {
@@ -140,13 +142,14 @@ pub(super) fn link(fit: &Fit, files: &[String]) -> Option<String> {
     })
 }
 
-/// Returns what to record next if the DC link moves too much for its mean.
+/// Returns the advice on recording with a steadier DC link; none if the link's voltage stays within 5 % of its mean.
 fn after_a_soft_link(fit: &Fit) -> Option<String> {
     let swing = fit.link_swing;
     swing.is_soft().then(|| format!("For a steadier DC link: {}", swing.steadier()))
 }
 
-/// Returns what to measure next if the simulation does not describe the currents.
+/// Returns the next measurements if the simulation does not describe the currents. `again`: command line of this fit; `traces`: names of
+/// the trace files.
 fn after_a_misfit(fit: &Fit, again: &str, traces: &[String]) -> Vec<String> {
     let drive = "-s inverter.dead_time=…, -s inverter.diode_drop=…, -s inverter.devices=…";
     let misfit = fit.misfit();
@@ -168,7 +171,7 @@ fn after_a_misfit(fit: &Fit, again: &str, traces: &[String]) -> Vec<String> {
         )],
         _ => vec![format!("Then {again} with what is known of the drive: {drive}")],
     };
-    // The iron's law and a rotor that moved leave the same pattern in two files.
+    // Iron that saturates by another law than the model's, and a rotor that moved between files, leave the same pattern in the residuals.
     if let ([first, .., last], Some(Misfit::LargeCurrents { .. } | Misfit::Everywhere)) = (traces, misfit) {
         steps.insert(
             0,
@@ -201,7 +204,7 @@ fn pulse(fit: &Fit, axis: usize, Pulse { legs, duration, current }: Pulse) -> St
     )
 }
 
-/// Returns the next steps.
+/// Returns the next steps of the user, with command lines.
 pub(super) fn steps(fit: &Fit, options: &Options) -> Vec<String> {
     let traces: Vec<String> = options.traces.iter().map(|path| path.display().to_string()).collect();
     let mut again = format!("standstill fit {}", traces.join(" "));
@@ -244,7 +247,7 @@ pub(super) fn steps(fit: &Fit, options: &Options) -> Vec<String> {
 mod tests {
     use super::*;
 
-    /// A link may sag or be charged as the current changes: the words state by how much it moves and in which file, and no direction.
+    /// A link may sag or be charged as the current changes: the words state the file and the size of the movement, but no direction.
     #[test]
     fn law_large_currents_are_laid_first_at_a_soft_link_by_name() {
         let files = ["stiff.csv", "soft.csv"].map(str::to_owned);

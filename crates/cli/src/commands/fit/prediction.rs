@@ -1,4 +1,4 @@
-//! Predictions of records that a fit has not seen: how far the bench is from the motor.
+//! Predictions of records that were not used in the fit. Their residuals show how well the fitted model describes the motor.
 
 use serde_json::{Value, json};
 use standstill_fit::{Fit, Prediction};
@@ -11,15 +11,15 @@ use crate::arguments::Fit as Options;
 use crate::figures;
 use crate::shell::command_line::quoted;
 
-/// Ratio of a prediction's share of the currents to the fit's above which the fit does not hold for a record.
+/// Largest ratio of a prediction's residual to the fit's residual, both relative to their currents, at which the fit holds for a record.
 const WORSE: f64 = 1.5;
 
-/// Returns what a prediction differs by, as a share of the currents.
+/// Returns the rms difference between prediction and measurement, divided by the rms of the currents.
 fn share(of: &Prediction) -> f64 {
     of.residual_rms / of.current_rms
 }
 
-/// Returns the table of predictions, and what follows from them.
+/// Returns the section with the table of predictions, and the conclusion from them.
 pub(super) fn section(fit: &Fit, predicted: &[Prediction], options: &Options) -> Section {
     let own = fit.residual_rms / fit.current_rms;
     let columns =
@@ -50,14 +50,14 @@ pub(super) fn section(fit: &Fit, predicted: &[Prediction], options: &Options) ->
     Section::new("Traces that the fit has not seen", [Block::Table(table), Block::Text(said)])
 }
 
-/// Returns the options that say what is known of motor and drive, for a further command.
+/// Returns the options `--motor` and `-s` of this fit, for a further command line.
 fn given(options: &Options) -> String {
     let motor = options.motor.iter().map(|motor| format!(" --motor {}", quoted(motor)));
     let keys = options.set.iter().map(|(key, value)| format!(" -s {}", quoted(&format!("{key}={value}"))));
     motor.chain(keys).collect()
 }
 
-/// Adds the figure of the predicted currents.
+/// Adds the figure of measured and predicted currents to the answer.
 pub(super) fn shown(answer: Answer, fit: &Fit, predicted: &[Prediction]) -> Answer {
     if predicted.is_empty() {
         return answer;

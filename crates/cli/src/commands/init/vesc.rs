@@ -76,7 +76,7 @@ fn read(path: &Path) -> Result<Settings<'_>, Error> {
     let options = roxmltree::ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
     let document = roxmltree::Document::parse_with_options(&text, options)
         .map_err(|error| settings.wrong(error.to_string(), needed))?;
-    // Its root has had several names; its elements not.
+    // The name of the root element has changed between versions; the names of the other elements have not.
     let elements = document.root_element().descendants().filter(roxmltree::Node::is_element);
     for element in elements {
         if let Some(text) = element.text() {
@@ -90,7 +90,7 @@ fn read(path: &Path) -> Result<Settings<'_>, Error> {
     Ok(settings)
 }
 
-/// Returns the text of the data sheet, and the remarks on it.
+/// Returns the text of the data sheet, and remarks on what is assumed, for the terminal.
 pub fn sheet(path: &Path) -> Result<(String, String), Error> {
     let settings = read(path)?;
     let [r, l, flux] =
@@ -116,7 +116,7 @@ pub fn sheet(path: &Path) -> Result<(String, String), Error> {
         }
     };
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    // What a motor may be called.
+    // A motor's name may have these characters only.
     let name: String =
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(60).collect();
     let mut text = format!(
@@ -165,7 +165,7 @@ pub fn sheet(path: &Path) -> Result<(String, String), Error> {
     if let Some(frequency) =
         settings.number("foc_f_zv")?.or(settings.number("foc_f_sw")?).filter(|f| *f > 0.0)
     {
-        // The firmware's frequency is that of its zero vectors, two in a period of the carrier.
+        // `foc_f_zv` is the frequency of the zero vectors, of which there are two in a period of the carrier.
         let carrier = if settings.texts.contains_key("foc_f_zv") { frequency / 2.0 } else { frequency };
         keys.push(format!("-s inverter.carrier=\"{} Hz\"", digits(carrier)));
     }
@@ -253,7 +253,7 @@ mod tests {
             said.contains("saturation")
                 && said.contains("-s inverter.carrier=\"15000 Hz\" -s inverter.dead_time=\"0.12 us\"")
         );
-        // Without a difference: told as assumed.
+        // Without foc_motor_ld_lq_diff the sheet marks L_d and L_q as assumed.
         let (text, said) = of(&XML.replace("foc_motor_ld_lq_diff", "something")).expect("a configuration");
         assert!(said.contains("no foc_motor_ld_lq_diff"));
         assert!(text.contains("L_q = { value = \"0.000014 H\", source = \"assumed\""), "{text}");

@@ -1,4 +1,4 @@
-//! The survey of a core as JSON.
+//! The survey of a magnetic core's inductances as JSON.
 
 use serde_json::json;
 use standstill_plant::{FluxMap, MapReport, Survey};

@@ -1,4 +1,4 @@
-//! The survey of a core as an answer, for text and page.
+//! The survey of a magnetic core's inductances as an answer, for text and page.
 
 use std::fmt::Write as _;
 
@@ -25,7 +25,7 @@ const fn meaning(signature: PolaritySignature) -> &'static str {
     }
 }
 
-/// Returns the text on time constants and torque; empty if neither resistance nor pole pairs are known.
+/// Returns the text on electrical time constants and torque; empty if neither resistance nor pole pairs are known.
 fn motor_text(subject: &Subject, survey: &Survey) -> String {
     let mut text = String::new();
     if let Some(r) = subject.resistance {
@@ -144,7 +144,7 @@ pub fn of(subject: &Subject, survey: &Survey) -> Answer {
         header.extend(["± L_dd", "± L_dq", "± L_qq"]);
     }
     let columns = header.into_iter().enumerate().map(|(k, title)| match k {
-        // What errors they have, then what follows from the others.
+        // On a narrow terminal the standard errors are left out first, then L_dq.
         8.. => Column::number(title).rank(2),
         5 => Column::number(title).rank(1),
         _ => Column::number(title),
@@ -162,7 +162,7 @@ pub fn of(subject: &Subject, survey: &Survey) -> Answer {
     )
 }
 
-/// Returns the table of a polarity test's inductances; `current`, `inductance`: their numbers of decimals.
+/// Returns the table of the inductances toward the north and the south pole; `current`, `inductance`: numbers of decimals.
 fn polarity(survey: &Survey, current: usize, inductance: usize) -> Table {
     let rows = survey.polarity.iter().map(|p| {
         vec![
@@ -176,7 +176,8 @@ fn polarity(survey: &Survey, current: usize, inductance: usize) -> Table {
     Table::new(titles.map(Column::number)).rows(rows)
 }
 
-/// Returns the text on the side of the map that the file lacks, as continued by each kind of core.
+/// Returns the text on the side of the map that the file lacks and that fitted cores continue, one line for each kind of core. `reach`:
+/// largest current in A.
 fn continued_text(map: &FluxMap, continued: &Continuation, reach: f64) -> String {
     let [low, high] = continued.measured.map(short);
     let mut text =

@@ -12,10 +12,11 @@ use crate::commands::question::Silence;
 use crate::shell::NOT_SHOWN;
 use crate::shell::values::{probability, probability_interval};
 
-/// Number of draws that are listed for a sector.
+/// Number of draws (random errors of a start) that are listed for a sector.
 const LISTED: usize = 6;
 
-/// Formats a sector's angles, sign, share and draws as cells.
+/// Formats a sector of the rotor's angle as table cells: its angles, the sign of the error, its share of the event in per cent, and the
+/// draws that are away from zero.
 fn cells(sector: &Sector) -> Vec<String> {
     let sign = match sector.positive {
         Some(true) => "+",
@@ -49,7 +50,7 @@ fn method(odds: &Odds) -> String {
     if odds.probability.value > 0.0 { format!("{interval}, {how}") } else { how }
 }
 
-/// Formats a probability as one in a number of starts, with the digits that the interval supports, at most three.
+/// Formats a probability as `one in N starts`, with the digits that the interval supports, at most three. None if the probability is zero.
 fn one_in(p: &Estimate) -> Option<String> {
     const NAMES: [(f64, &str); 3] = [(1e12, " million million"), (1e9, " billion"), (1e6, " million")];
     let often = Estimate { value: 1.0 / p.value, low: 1.0 / p.high, high: 1.0 / p.low };
@@ -73,7 +74,7 @@ fn share_of(event: Event, in_sectors: bool) -> String {
     }
 }
 
-/// Returns the answer where no start has an answer of which the event could be asked.
+/// Returns the answer for the case that no start has the axis or angle for which the event is defined.
 pub(super) fn unanswered(setting: String, event: Event, starts: &Silence) -> Answer {
     let headline = format!("{event}: nothing to be said, for {}", starts.sentence());
     let verdict = verdict(Tone::Bad, headline, Vec::new());
@@ -159,7 +160,7 @@ fn sector(sector: &Sector) -> serde_json::Value {
     })
 }
 
-/// Returns the answer without its figures; `in_sectors`: whether answers of starts are sectors.
+/// Returns the answer without its figures; `in_sectors`: true if the method's answers are sectors.
 pub(super) fn answer(
     setting: String,
     event: Event,

@@ -40,7 +40,7 @@ impl Words<'_> {
             Verdict::Passed => (format!("{id} passed; to judge it again:"), Some(self.repeats(number))),
             Verdict::Failed => match claim.seen.worst {
                 Some((trial, _)) if claim.rare.is_none() => {
-                    // A scenario has so many trials, and no further one is shown.
+                    // `trace` shows only trials that the scenario has, so the number of trials is raised if necessary.
                     let more = trial >= of.plan().file().trials;
                     let more = if more { format!(" -s trials={}", trial + 1) } else { String::new() };
                     let scenario = self.scenario(of);
@@ -63,14 +63,14 @@ impl Words<'_> {
         Some(format!("standstill odds {scenario} --event {} --effort {effort}", quoted(&event)))
     }
 
-    /// Returns the name or the file of a case's motor as `magnetics` takes it; of a motor in the scenario itself, the
-    /// scenario.
+    /// Returns the name or file of a case's motor as an argument of `magnetics`. If the scenario file itself describes the motor, returns
+    /// that file.
     fn motor_file(&self, of: &Case) -> String {
         let scenario = &self.question.scenario;
         let MotorSpec::Named(name) = &of.plan().file().motor else {
             return scenario.to_string_lossy().into_owned();
         };
-        // A motor in place of a scenario is named as it was typed; what a scenario names is in its folder.
+        // A motor given in place of a scenario is named as it was typed. A file that a scenario names lies in the scenario's folder.
         let is_file = Path::new(name).extension().is_some() && Path::new(name) != scenario;
         let folder = scenario.parent().filter(|_| is_file);
         folder.map_or_else(|| name.clone(), |folder| folder.join(name).to_string_lossy().into_owned())
@@ -105,7 +105,7 @@ impl Words<'_> {
         let text = format!("{id} is not shown by {trials} trials; {}", self.more(claim));
         let Some(rare) = &claim.rare else { return (text, None) };
         if rare.plain.is_some() {
-            // Runs with more effort go further down, and do not reach it either, or show that it is too frequent.
+            // Runs with more effort reach lower probabilities. They do not reach the event either, or they show that it is too frequent.
             return (
                 format!("{text}; odds with more effort cannot pass it: the event is too rare for their runs"),
                 None,
@@ -126,11 +126,11 @@ impl Words<'_> {
         }
     }
 
-    /// Returns the phrase on how many trials would show a claim.
+    /// Returns the phrase on the number of trials that would show a claim.
     fn more(&self, claim: &Claim) -> String {
         match claim.trials_needed() {
             Some(needed) if needed <= MOST_TRIALS => {
-                // A fifth more than if all went on as it was.
+                // A fifth more trials than suffice if the results continue as before.
                 let trials = rounded_up(needed + needed / 5).min(MOST_TRIALS);
                 let (needed, file) = (rounded_up(needed), self.requirements.display());
                 format!(
@@ -160,7 +160,7 @@ impl Words<'_> {
             blocks.push(Block::Text(text));
             blocks.extend(command.map(code));
         }
-        // The first with the worst verdict. Of one that was asked for alone, the command was just given.
+        // The first requirement with the worst verdict. If the user asked about a single requirement, its command is already above.
         let worst = self.asked.iter().rev().max_by_key(|number| self.found.verdict(**number));
         if let Some(number) = worst.filter(|_| self.asked.len() > 1) {
             blocks.push(Block::Text("To judge one requirement again, as in the list:".to_owned()));

@@ -17,7 +17,8 @@ use crate::commands::witness;
 use crate::error::Error;
 use crate::shell::values::each_once;
 
-/// Returns the manifest. Its digests are checksums against mix-ups, not a protection against forgery.
+/// Returns the manifest as JSON. Its digests are checksums against mix-ups, not a protection against forgery. `requirements`: path of the
+/// file of requirements; `digest`: its digest.
 pub fn of(plan: &Plan, requirements: &Path, digest: &str, identity: &Identity) -> Result<Value, Error> {
     let program = std::env::current_exe().ok();
     let of_program = program.as_ref().and_then(|path| Digest::of_file(path).ok());
@@ -49,7 +50,7 @@ fn processor() -> String {
     name.unwrap_or_else(|| std::env::consts::ARCH.to_owned())
 }
 
-/// Returns a sentence with the result of the witnesses.
+/// Returns a sentence with the number of witnesses (computations on this machine with known results) that hold.
 pub fn heard(witnesses: Option<&[Witness]>) -> String {
     match witnesses {
         None => "not heard (--no-witness); `standstill witness` hears them".to_owned(),
@@ -69,7 +70,8 @@ fn assumed(found: &Qualification) -> Vec<[String; 4]> {
     }))
 }
 
-/// Returns the conditions in which rare events happen: case, event, sector of angles, share, draws.
+/// Returns the conditions in which rare events happen, each once: case, event, sector of the rotor's angle with its share of the event, and
+/// draws.
 fn triggers(found: &Qualification) -> Vec<[String; 4]> {
     let mut rows = Vec::new();
     for of in &found.cases {

@@ -15,12 +15,12 @@ use crate::arguments::Question;
 /// A qualification, and the requirements that the user asked about.
 pub struct Words<'a> {
     pub found: &'a Qualification,
-    /// Numbers of the requirements that the user asked about.
+    /// Indices of the requirements that the user asked about.
     pub asked: &'a [usize],
     pub question: &'a Question,
     /// Path of the file of requirements.
     pub requirements: &'a Path,
-    /// Witnesses that do not hold on this machine. If there are any, no requirement is passed.
+    /// Witnesses (computations with known results) that do not hold on this machine. If there are any, no requirement is passed.
     pub silent: Vec<&'a Witness>,
 }
 
@@ -45,7 +45,7 @@ pub fn percent(share: f64) -> String {
     let decimals = digits.map_or(0, |power| usize::try_from(2 - power).unwrap_or(0));
     let shown = if near {
         let scale = (0..decimals).fold(1.0, |scale, _| 10.0 * scale);
-        // But for the rounding of the product.
+        // The small term allows for the rounding error of the product.
         (percent * scale + 1e-6).floor() / scale
     } else {
         percent
@@ -93,7 +93,7 @@ fn shown(of: &Case, claim: &Claim) -> String {
         }
         Claimed::Share(bad, or_unanswered, _) => {
             let or = if or_unanswered { " or no answer" } else { "" };
-            // The limit of a guard stands in no other place of the row.
+            // The limit of a guard, a claim that few starts have no answer, is in no other cell of the row.
             let most =
                 claim.guards.then(|| format!(", where {} may be (unanswered)", percent(claim.limit())));
             let (low, high) = (percent(low), percent(high));
@@ -135,7 +135,7 @@ impl Words<'_> {
         &self.found.requirements.list[number]
     }
 
-    /// Returns the sentence on the probability of error.
+    /// Returns the sentence on the probability that any verdict is wrong.
     pub fn confidence(&self) -> String {
         let count = self.found.count();
         let whole = 1.0 - self.found.requirements.confidence;
@@ -152,8 +152,9 @@ impl Words<'_> {
         )
     }
 
-    /// Returns the claim that decides a requirement: of those with the worst verdict the one furthest beyond its limit,
-    /// by the value seen if it failed, else by the end of its interval. A guard comes after the claim that it guards.
+    /// Returns the claim that decides a requirement: among the claims with the worst verdict, the claim with the largest ratio of result to
+    /// limit. The result is the value seen if the claim failed, otherwise the upper end of its interval. A guard, which states that few
+    /// starts have no answer, decides only if no other claim has the worst verdict.
     pub fn binding(&self, number: usize) -> Option<(&Case, &Claim)> {
         let worst = self.found.verdict(number);
         let beyond = |claim: &Claim| {
@@ -170,7 +171,7 @@ impl Words<'_> {
         })
     }
 
-    /// Returns the phrase on how many of several cases have the verdict; none of a single case.
+    /// Returns the phrase on the number of cases that have the requirement's verdict; none if the requirement has a single case.
     fn of_cases(&self, number: usize) -> Option<String> {
         let worst = self.found.verdict(number);
         let mut cases: Vec<(Vec<String>, Verdict)> = Vec::new();
@@ -192,7 +193,8 @@ impl Words<'_> {
         vec![requirement.id.clone(), verdict, requirement.limit.clone(), shown, trials.to_string()]
     }
 
-    /// Describes the results that decide a requirement in words, and returns the number of trials of all its cases.
+    /// Describes in words the results that decide a requirement, and returns the number of trials of all its cases, those of `odds`
+    /// included.
     pub fn evidence(&self, number: usize) -> (String, u64) {
         let claims: Vec<_> = self.found.claims(number).collect();
         let trials =
@@ -236,7 +238,7 @@ impl Words<'_> {
         })
     }
 
-    /// Returns all verdicts as JSON.
+    /// Returns the verdicts on all requirements that the user asked about as JSON.
     pub fn json(&self) -> Value {
         let of = |number: &usize| {
             let requirement = self.requirement(*number);
@@ -260,7 +262,7 @@ impl Words<'_> {
         })
     }
 
-    /// Returns the records, one row for each claim.
+    /// Returns the rows of the CSV file, one for each claim.
     pub fn records(&self) -> Records {
         let mut rows = Vec::new();
         for number in self.asked {

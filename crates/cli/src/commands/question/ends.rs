@@ -20,7 +20,7 @@ pub struct Key<'a> {
 }
 
 impl Key<'_> {
-    /// Parses `FROM:TO` into SI values, both of which must be possible in the scenario.
+    /// Parses `FROM:TO` into two values in SI units. The scenario must be valid with each of them.
     ///
     /// # Errors
     /// The text is not two numbers, the first is not below the second, or a value is not possible for the key.
@@ -37,7 +37,7 @@ impl Key<'_> {
     fn end(&self, text: &str, document: &Document) -> Result<f64, Error> {
         let plain = text.parse().ok();
         let number = plain.or_else(|| si_value(text)).ok_or_else(|| self.refused())?;
-        // With its unit, as it would stand in the file.
+        // The value with its unit, as in a scenario file.
         let value = match (plain, self.whole) {
             (_, true) => Value::Integer(text.parse().map_err(|_| {
                 let needed = "which takes whole numbers alone, such as 1:8";
@@ -68,7 +68,7 @@ impl Key<'_> {
                     self.option
                 ))
             }
-            // The detector speaks of its settings, which follow from keys: what the key may be is found by trying.
+            // The error names a setting of the detector that follows from the key. The key's allowed range is found by trying values.
             (.., FileError::Key { key, message, .. }) if key != self.name && !self.whole => {
                 let needed = allowed(document, self.name, number)
                     .map_or_else(String::new, |allowed| format!("; {allowed}"));
@@ -82,15 +82,15 @@ impl Key<'_> {
     }
 }
 
-/// Checks that a scenario can be run with a value of a key.
+/// Checks that a scenario can be run with this value of a key.
 fn possible(document: &Document, key: &str, value: Value) -> Result<(), FileError> {
     let mut tried = document.clone();
     tried.set_value(key, value, Origin::CommandLine)?;
     Plan::new(tried)?.scenario(0).map(|_| ())
 }
 
-/// Returns the range of values that a key may have, on that side of the scenario's own value on which `refused` lies,
-/// as text: `needed at least 2 µs`.
+/// Returns the limit of a key's allowed values, between the scenario's own value and the value `refused` (in SI units), as text: `needed at
+/// least 2 µs`. None if the own value is refused, too, or one of both is not above zero.
 pub fn allowed(document: &Document, key: &str, refused: f64) -> Option<String> {
     let none = Limits(Vec::new());
     let own = Bench::new(document, &none, &[key.to_owned()]).ok()?.nominal(0)?;
@@ -99,7 +99,7 @@ pub fn allowed(document: &Document, key: &str, refused: f64) -> Option<String> {
         return None;
     }
     let (mut good, mut bad) = (own, refused);
-    // To a thousandth.
+    // Bisection to a relative width of 0.1 %.
     while (bad / good - 1.0).abs() > 1e-3 {
         let middle = (good * bad).sqrt();
         if can(middle) { good = middle } else { bad = middle }

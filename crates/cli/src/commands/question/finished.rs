@@ -1,4 +1,4 @@
-//! Answers that are finished: what `--resume` prints of them without computing anything again.
+//! Finished answers, of which `--resume` prints the text again without computing anything.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -12,10 +12,10 @@ use crate::error::Error;
 use crate::shell::Report;
 use crate::shell::output::file_list;
 
-/// Key of what an answer says in its JSON.
+/// Key of the answer's text in its JSON.
 pub const KEY: &str = "said";
 
-/// What an answer says, as its JSON keeps it; tables and figures are on its page.
+/// The text of an answer, as stored in its JSON. Tables and figures are only on its page.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Said {
     setting: String,
@@ -55,8 +55,8 @@ impl Said {
     }
 }
 
-/// Returns the report on the finished answer of this name in a folder, whose question was compared; none without one, or if it is of a version
-/// that kept nothing to print.
+/// Returns the report on the finished answer of this name in a folder. The caller has checked that it answers the same question. None if
+/// there is no finished answer, or if an older version wrote it without its text.
 ///
 /// # Errors
 /// The answer cannot be read.

@@ -13,9 +13,9 @@ use crate::error::Error;
 /// The identity of a question: its scenario and its options.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
-    /// Identity of scenario, seed and program.
+    /// Identity of scenario, seed, program and the files that the scenario reads.
     pub of: store::Identity,
-    /// Options of the command that are set.
+    /// Options of the command that are set, with their values as text.
     pub options: IndexMap<String, String>,
 }
 

@@ -1,4 +1,4 @@
-//! Starts without an answer: how many there are, why, and the command that goes on from them.
+//! Starts without an answer: their number, their reasons, and the command to continue with.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,13 +13,13 @@ use crate::arguments::{Keys, Question, Seed};
 use crate::shell::host;
 use crate::summary::FAILING;
 
-/// Number of plain starts that are run to count those with an answer.
+/// Number of plain starts, trials of the scenario as it is, that are run to count those with an answer.
 pub const STARTS: u64 = 1000;
 
-/// Number of reasons that are named.
+/// Largest number of reasons that a sentence names.
 const NAMED: usize = 3;
 
-/// What a start must have found to count as answered.
+/// The result that a start must have to count as a start with an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
     Axis,
@@ -44,7 +44,7 @@ impl Silence {
         Ok(Self { needs: Needs::Angle, ..Self::of_axes(plan, watch)? })
     }
 
-    /// Returns true if so few starts have an axis that their error cannot be shared out.
+    /// Returns true if fewer than half of the starts have an axis, too few to divide their error among its sources.
     pub fn is_mostly_silent(&self) -> bool {
         2 * self.answers.with_axis() < self.answers.starts
     }
@@ -131,14 +131,14 @@ fn bare(noun: &str) -> &str {
     noun.split_once(' ').map_or(noun, |(_, noun)| noun)
 }
 
-/// Puts the command first that goes on where starts have no answer.
+/// Puts the command for starts without an answer, [`next`], before the other commands of an answer.
 pub fn lead(mut answer: Answer, question: &Question, file: &ScenarioFile) -> Answer {
     answer.next.insert(0, next(&question.scenario, &question.keys, question.seed, file));
     answer
 }
 
-/// Adds the commands that go on where nothing meets the limits: `check` where starts have no answer, and `budget` where they have errors to
-/// share out.
+/// Adds the commands to continue with if nothing meets the limits: first `check` if too many starts have no answer, then `budget` if most
+/// starts have an axis and the scenario draws errors.
 ///
 /// # Errors
 /// The plan has no valid scenario.
@@ -156,8 +156,8 @@ pub fn or_budget(
     Ok(if starts.is_frequent() { lead(answer, question, plan.file()) } else { answer })
 }
 
-/// Returns the command that goes on where starts have no answer: `check` with other settings or, where that cannot judge, `run`, which
-/// says why they have none.
+/// Returns the command to continue with if starts have no answer: `check`, which tries other settings. If `check` does not judge such a
+/// scenario, returns `run`, which gives the reasons.
 pub fn next(scenario: &Path, keys: &Keys, seed: Seed, file: &ScenarioFile) -> Next {
     let check = check_command(scenario, keys, seed, file);
     let run = || {
@@ -168,14 +168,14 @@ pub fn next(scenario: &Path, keys: &Keys, seed: Seed, file: &ScenarioFile) -> Ne
     Next { purpose: purpose.to_owned(), command }
 }
 
-/// Returns the command that looks for a method and settings with which starts have an answer; none if the question is about a fault, a
-/// rotor that is driven or a detector of the user's own, which that command does not judge.
+/// Returns the `check` command that searches for a method and settings with which starts have an answer. None for a scenario with a fault,
+/// sweep axes, a driven rotor or the user's own detector, which `check` does not judge.
 pub fn check_command(scenario: &Path, keys: &Keys, seed: Seed, file: &ScenarioFile) -> Option<String> {
     let has_own = file.detector.library.is_some() || host::current().is_some();
     if has_own || !file.faults.is_empty() || !file.axes.is_empty() || file.rotor.state() == Rotor::Driven {
         return None;
     }
-    // Settings that are set are not searched.
+    // `check` does not search settings that are given, so the detector's settings are left out.
     let set = keys.set.iter().filter(|(key, _)| !key.starts_with("detector.")).cloned().collect();
     let keys = Keys { set, detector: None };
     Some(format!("standstill check {}", given(&scenario.to_string_lossy(), &keys, seed)))

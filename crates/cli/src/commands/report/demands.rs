@@ -23,7 +23,7 @@ pub fn counted(share: f64, starts: u64) -> String {
     format!("{} %", share_of(share, starts))
 }
 
-/// What the starts show about a demand.
+/// Result of comparing a run's starts with a demand.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Standing {
     Met,
@@ -43,10 +43,11 @@ impl Standing {
     }
 }
 
-/// Returns for each demand what the starts show, and a text with the numbers. `rotor`: its state.
+/// Returns for each demand whether the starts meet it, and a text with the numbers. `judged`: whether poles are judged; `rotor`: state of
+/// the rotor.
 pub fn demands(s: &Summary, judged: Poles, rotor: Rotor) -> Vec<(Standing, String)> {
     let mut all = Vec::new();
-    // Where no pole was named, there is nothing to say of wrong ones.
+    // Wrong poles are judged only if starts named a pole.
     if s.found > 0 && judged != Poles::Open {
         let (share, count) = (s.wrong_pole_probability, s.wrong_poles);
         let shown = Standing::of(share.value, share.high, DEMANDS.wrong_poles);
@@ -102,7 +103,8 @@ pub fn whose() -> String {
     )
 }
 
-/// Returns the sentence with the command that shows why a demand is not met; `wrong`, `silent`: wrong poles, or starts without an answer, are why.
+/// Returns the sentence with the command that shows why a demand is not met; `wrong`: because of wrong poles; `silent`: because of starts
+/// without an answer.
 pub fn why(run: &FinishedRun, wrong: bool, silent: bool) -> String {
     let folder = quoted(&run.folder.display().to_string());
     let of = match (wrong, silent) {
@@ -113,7 +115,7 @@ pub fn why(run: &FinishedRun, wrong: bool, silent: bool) -> String {
     format!("More starts do not mend what is not met. Why: `standstill explain {folder}{of}`")
 }
 
-/// Returns the sentence with the command that adds starts.
+/// Returns the sentence with the command that adds starts to a run, and with the `odds` command for rare events.
 pub fn more(run: &FinishedRun) -> String {
     let folder = quoted(&run.folder.display().to_string());
     let (Begun { line: scenario, .. }, note) = run.begun();
@@ -145,7 +147,8 @@ mod tests {
             (s.p95_deg.value, s.p95_deg.low, s.p95_deg.high) = (p95[0], p95[0], p95[1]);
             demands(&s, Poles::Known, Rotor::Locked).into_iter().map(|(shown, _)| shown).collect::<Vec<_>>()
         };
-        // 0.35 % open are within the one per cent that check allows, and no wrong pole of 2,000 starts shows no 0.01 %.
+        // 0.35 % undetermined starts are within the 1 % that `check` allows. No wrong pole in 2,000 starts does not show that at most 0.01
+        // % are wrong.
         assert!(of(2000, 7, 0, [0.4, 0.5]) == [Not, Met, Met]);
         assert!(of(37_000, 100, 0, [0.4, 0.5]) == [Met, Met, Met]);
         assert!(of(2000, 0, 1, [0.4, 0.5]) == [NotMet, Met, Met]);

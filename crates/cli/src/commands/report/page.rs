@@ -29,7 +29,7 @@ pub fn answer(run: &FinishedRun, figures: Vec<(String, Figure, String)>) -> Answ
     }
 }
 
-/// Returns the origin of a run's page.
+/// Returns the origin of a run's page: setup, facts, and the commands that reproduce it.
 pub fn made(run: &FinishedRun) -> Made<'_> {
     let identity = &run.summary.run;
     let varied = run.file.axes.keys().cloned().collect();
@@ -67,7 +67,7 @@ fn trials(summary: &SummaryFile) -> String {
 pub fn caption(name: &str, figure: &Figure) -> String {
     let mut layers = figure.panels.iter().flat_map(|panel| &panel.layers);
     let text = match name.split('_').next() {
-        // Few starts have no band.
+        // A figure of few starts has no band.
         Some("error") if layers.any(|layer| matches!(layer, Layer::Band { .. })) => {
             "The band holds 90 % of the errors at each angle. Wrong poles are marked at the edge."
         }

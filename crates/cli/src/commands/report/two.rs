@@ -39,7 +39,7 @@ const CASES: [&str; 3] = ["wrong poles", "undetermined", "failed"];
 struct Two<'a> {
     runs: [&'a FinishedRun; 2],
     points: Vec<Common>,
-    /// Reason why the runs' trials cannot be compared one by one; none if they can.
+    /// Reason why the runs' trials cannot be compared trial by trial; none if they can.
     unpaired: Option<String>,
 }
 
@@ -48,7 +48,7 @@ struct Common {
     name: String,
     /// Index of the point in each run.
     places: [usize; 2],
-    /// Number of trials of each run.
+    /// Number of trials of each run at this point.
     counts: [u64; 2],
     /// Summaries of the compared trials of each run.
     summaries: [Summary; 2],
@@ -173,7 +173,8 @@ impl<'a> Two<'a> {
         std::iter::once(made).chain(self.fewer()).collect::<Vec<_>>().join("; ")
     }
 
-    /// Returns the note on the trials over which errors are computed; none if these are all trials.
+    /// Returns the note on the trials over which errors are computed, or on sectors of different widths; none if errors are computed over
+    /// all trials.
     fn fewer(&self) -> Option<String> {
         let pairs: usize = self.points.iter().flat_map(|point| &point.pairs).map(Vec::len).sum();
         let axes: usize = self.points.iter().filter_map(Common::errors).map(|both| both.len()).sum();
@@ -210,7 +211,7 @@ impl<'a> Two<'a> {
         Ok(pairs)
     }
 
-    /// Returns all measures at all points.
+    /// Returns the table's rows: all measures at all points.
     fn rows(&self) -> Vec<Compared> {
         self.points.iter().flat_map(Common::rows).collect()
     }
@@ -269,7 +270,7 @@ impl Common {
         let all = self.pairs.as_ref().map(|pairs| pairs.len() as u64);
         let mut rows = vec![Compared::trials(&self.name, self.counts, all)];
         let errors = self.errors();
-        // An error of trials in which only one run has one would be of other trials than the other's.
+        // The errors of both runs are computed over the same trials: those in which both runs have an axis.
         let of_both = self.pairs.as_ref().map(|pairs| {
             let both = || pairs.iter().filter(|(a, b)| a.error_deg.is_some() && b.error_deg.is_some());
             [
@@ -277,11 +278,11 @@ impl Common {
                 summary(both().map(|pair| &pair.1), self.summaries[1].limit_deg),
             ]
         });
-        // Where no trial has an axis in both, each run's own errors say at least what it did.
+        // If no trial has an axis in both runs, the table shows the errors over each run's own trials.
         let measured = of_both.as_ref().filter(|both| both[0].axes > 0).unwrap_or(&self.summaries);
         let both = errors.as_deref().filter(|both| both.len() > 1);
         let [rms, p95] = [measured.each_ref().map(|s| s.rms_deg), measured.each_ref().map(|s| s.p95_deg)];
-        // What is beyond a sector is no error of an angle.
+        // Errors beyond sectors of different widths, or of a sector and an angle, cannot be compared.
         let [a, b] = self.summaries.each_ref().map(|s| s.sectors.map(|of| of.half_width_deg));
         let [rms_apart, p95_apart] = match (both, &errors) {
             _ if a != b => [Estimate::UNKNOWN; 2],
@@ -294,7 +295,7 @@ impl Common {
         rows.push(Compared::new(&self.name, P95, p95, p95_apart, pairs));
         for (case, name) in CASES.into_iter().enumerate() {
             let of = |s: &Summary| match case {
-                // Of a run that named no pole, nothing is known of wrong ones.
+                // A run that named no pole has no known rate of wrong poles.
                 0 if s.found == 0 => Estimate::UNKNOWN,
                 0 => s.wrong_pole_probability,
                 1 => s.undetermined_probability,

@@ -41,7 +41,7 @@ pub fn verdict(run: &FinishedRun) -> (Tone, String, Vec<String>) {
     (tone, headline, details)
 }
 
-/// Returns the number of starts without an answer and their most frequent reason; none if there are few of them.
+/// Returns the number of starts without an answer and their most frequent reason; none if there are no more of them than `check` allows.
 fn silence(s: &Summary) -> Option<String> {
     let silent = s.undetermined + s.failed;
     if silent as f64 <= DEMANDS.without_angle * s.trials as f64 {
@@ -52,7 +52,7 @@ fn silence(s: &Summary) -> Option<String> {
         (0, _) => "had an axis but no pole",
         _ => "had no answer",
     };
-    // Of reasons as frequent as one another the first by name.
+    // Among equally frequent reasons, the first by name.
     let most = s.reasons.iter().rev().max_by_key(|(_, times)| times.count);
     let why = most.map_or_else(String::new, |(reason, times)| {
         if times.count == silent { format!(" ({reason})") } else { format!(" (most often: {reason})") }
@@ -79,7 +79,7 @@ impl Poles {
         }
     }
 
-    /// Returns the share of correct starts. If poles are not judged, a start is correct with an axis.
+    /// Returns the share of correct starts. If poles are not judged, a start with an axis is correct.
     fn right(self, s: &Summary) -> f64 {
         good(s, self == Self::Open)
     }

@@ -1,4 +1,4 @@
-//! Tables 1 and 2, simulated beside published, and the audit.
+//! Tables 1 and 2 of the paper, with simulated beside published values, and the audit of the published values.
 
 use standstill_analysis::paper::{Finding, SimulatedRow, TABLE_1, TABLE_2};
 use standstill_interface::Abc;
@@ -10,14 +10,15 @@ use crate::answer::{Record, Records};
 use crate::shell::table::Print as _;
 use crate::shell::terminal::paragraph;
 
-/// Formats the disagreements of the audit at one place of the paper.
+/// Returns the audit's notes on published values that disagree with the paper's equations, at one place of the paper such as `Table 1, row
+/// 2`.
 fn disagreements(findings: &[Finding], place: &str) -> String {
     let notes: Vec<&str> =
         findings.iter().filter(|f| f.place == place && !f.agrees).map(|f| f.note.as_str()).collect();
     notes.join("; ")
 }
 
-/// Builds table 1 as rows and as text.
+/// Builds table 1 as rows for its file and as a table to print. `rows`: the simulated positions; `findings`: the audit.
 pub fn table_1(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Table) {
     let build = |(k, row): (usize, &SimulatedRow)| {
         let published = TABLE_1[k].lines_mh;
@@ -59,7 +60,7 @@ pub fn table_1(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Tabl
     (Records(records), Table::new(titles.map(Column::number)).rows(cells))
 }
 
-/// Builds table 2 as rows and as text.
+/// Builds table 2 as rows for its file and as a table to print. `rows`: the simulated positions; `findings`: the audit.
 pub fn table_2(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Table) {
     let build = |(k, row): (usize, &SimulatedRow)| {
         let published = TABLE_2[k];
@@ -118,7 +119,7 @@ pub fn table_2(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Tabl
     (Records(records), Table::new(titles.map(Column::number)).rows(cells))
 }
 
-/// Returns the text of the audit, which lists the disagreements.
+/// Returns the text of the audit: published values that disagree with the paper's equations.
 pub fn audit_text(findings: &[Finding]) -> String {
     let agree = findings.iter().filter(|f| f.agrees).count();
     let rows = findings

@@ -14,7 +14,7 @@ use standstill_analysis::require::Judged;
 #[derive(Debug, Default)]
 pub struct Refused(Vec<(f64, FileError)>);
 
-/// A range of refused values.
+/// A range of values that are refused for the same reason.
 #[derive(Serialize)]
 pub struct Refusal {
     #[serde(skip)]

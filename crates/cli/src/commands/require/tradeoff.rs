@@ -99,10 +99,10 @@ fn answer(
     let verdict = verdict(if any { Tone::Neutral } else { Tone::Warning }, headline, details);
     let title = format!("{first} against {second}");
     let answer = Answer::new("require", title, setting, verdict, vec![Block::Table(table)]);
-    // Options are checked before; what no value meets is an answer.
+    // Exit code 1: no pair of values has an edge.
     let code = u8::from(!any && !options.key.is_empty());
     let answer = Answer { json, csv: Some(records), code, ..answer.with("require", figure, caption) };
-    // The point in the middle of those with an edge.
+    // The next command uses the middle one of the points with an edge.
     let with: Vec<(f64, f64)> =
         points.iter().filter_map(|point| Some((point.first, point.second?))).collect();
     match with.get(with.len() / 2) {

@@ -16,7 +16,7 @@ use standstill_analysis::require::Judged;
 /// square of its interval's upper end.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Unanswered {
-    /// What these starts decide: `limit`, or `interval` if they affect only the interval of the measure.
+    /// The quantity that these starts decide: `limit`, or `interval` if they affect only the interval of the measure.
     decide: &'static str,
     trials: u64,
     share: f64,
@@ -27,15 +27,15 @@ pub struct Unanswered {
 }
 
 impl Unanswered {
-    /// Makes the remark for the value closest to the edge, among those judged with the final number of trials; none if
-    /// starts without an answer do not decide the limit.
+    /// Makes the remark for the value closest to the edge, among the values judged with the edge's number of trials; none if starts without
+    /// an answer do not decide the limit.
     pub fn of(limits: &Limits, judged: &[Judged], edge: &Edge) -> Option<Self> {
         let last = judged.iter().filter(|judged| judged.trials == edge.trials);
         let apart = |judged: &&Judged| (judged.value - edge.value).abs();
         let at = last.min_by(|a, b| apart(a).total_cmp(&apart(b)))?;
         let number = limits.0.iter().position(|limit| limit.measure == Measure::Rms)?;
         let (rms, share) = (&at.measures[number], &at.without_answer?);
-        // Of an interval that is too wide it is said also where they make most of it, but not of the mean square.
+        // If the interval is too wide, the remark is also made if these starts cause most of the interval, but not of the mean square.
         let open = || (!edge.narrow && widens(rms, share)).then(|| Self::new("interval", share, at.trials));
         Self::in_measure(rms, share, at.trials).or_else(open)
     }

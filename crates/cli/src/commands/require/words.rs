@@ -41,7 +41,7 @@ pub fn details(asked: &EdgeSearch<'_>, found: &Stretch) -> Vec<String> {
     for (k, (at, texts)) in of_edges.iter().enumerate() {
         for text in texts {
             let said = |(_, others): &(Side, Vec<String>)| others.contains(text);
-            // What is so at both edges is said once.
+            // A sentence that holds at both edges is printed once.
             match (of_edges.len() > 1, of_edges[..k].iter().any(said), of_edges[k + 1..].iter().any(said)) {
                 (_, true, _) => (),
                 (true, _, false) => notes.push(format!("{}: {text}", end_of(*at))),
@@ -69,7 +69,7 @@ const fn end_of(side: Side) -> &'static str {
     }
 }
 
-/// Returns the phrase on the limits that fail beyond an edge.
+/// Returns the phrase on the reason why an edge is one, such as the limits that fail beyond it.
 fn binding(limits: &Limits, edge: &Edge) -> String {
     let beyond = match edge.side {
         Side::Largest => "above",

@@ -12,7 +12,7 @@ use crate::results::{STATISTICS, SummaryFile, rows, trials_name};
 use crate::error::Error;
 use crate::shell::terminal::tell;
 
-/// Number of blocks of rows that can wait in the channel.
+/// Number of blocks of rows that the channel from the reading thread can hold.
 const WAITING: usize = 64;
 /// Number of rows in a block.
 const BLOCK: usize = 256;
@@ -65,13 +65,13 @@ impl Found {
         Ok(found)
     }
 
-    /// Adds a journal if it contains the first trials of this run. Returns whether it does.
+    /// Adds the rows or statistics of a journal that contains the first trials of this run. Returns false if it does not contain them.
     fn journal(&mut self, path: &Path, identity: &Identity) -> Result<bool, Error> {
         let Some(earlier) = head(path).ok().filter(|earlier| earlier.begins(identity)) else {
             return Ok(false);
         };
         match Tallied::read(path) {
-            // Of a part of the rows they do not tell which.
+            // Statistics of a shard do not show which trials they contain.
             Ok(_) if identity.shard != Shard::WHOLE && identity.stop_at.is_empty() => {
                 return Err(JournalError::Other {
                     path: path.to_owned(),
@@ -106,7 +106,8 @@ impl Found {
             return Ok(());
         };
         if let Err(changed) = summary.check(&path) {
-            // A run that ended between its table and its summary has left its own table, and all rows in its journal.
+            // A run that was ended after writing its table, but before writing its summary, leaves its own table, and its journal with all
+            // rows.
             let journal = folder.join(identity.shard.file_name());
             let own = || Reader::open(&path).is_ok_and(|reader| is_of(&reader, identity));
             return if journal.exists() && own() { Ok(()) } else { Err(changed) };
@@ -119,7 +120,7 @@ impl Found {
         Ok(())
     }
 
-    /// Returns the sentence on the earlier run, once the new files are in place.
+    /// Returns the sentence on the run that was extended. Call it after the new files are in place.
     pub fn said(&self, folder: &Path) -> String {
         let now = SummaryFile::read(folder).ok().map(|summary| summary.trials());
         match (self.finished, now) {
@@ -141,7 +142,7 @@ impl Found {
     }
 }
 
-/// Returns whether a table's metadata belong to this run.
+/// Returns true if a table's metadata belong to this run.
 fn is_of(reader: &Reader, run: &Identity) -> bool {
     run.metadata().iter().all(|(key, value)| reader.metadata.get(key) == Some(value))
 }
@@ -160,7 +161,7 @@ fn found(reader: Reader) -> Receiver<Vec<(usize, Row)>> {
                 block.push((point, row));
             }
             if block.len() == BLOCK {
-                // Nobody listens any more: the run has ended.
+                // Sending fails if the run has ended; the rows are then not needed.
                 let _ = to.send(std::mem::take(&mut block));
             }
         });

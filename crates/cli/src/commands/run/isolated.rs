@@ -1,13 +1,13 @@
-//! `--isolate`: trials of a library in separate processes, each with simulator and library.
+//! `--isolate`: trials of a detector library in separate processes (*workers*), each with simulator and library.
 //!
 //! ```text
 //!   a thread of the run ── scenario, once ──► standstill worker       point and trial, a line each
 //!                       ── "2 815" ─────────►  simulator + library
 //!                       ◄── record, a line ──
 //! ```
-//! If a worker ends before its answer, its trial is lost, and a new process runs the next trial. Before the first trial
-//! a worker describes the library and makes a detector at each point. A crash there is reported like any other mistake
-//! of the scenario. The process of the run itself never loads the library.
+//! If a worker ends before its answer, its trial is lost, and a new process runs the next trial. Before the first trial a worker describes
+//! the library and makes a detector at each point. A crash there is reported like any other mistake of the scenario. The process of the run
+//! itself never loads the library.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader, Write as _};
@@ -26,7 +26,7 @@ use crate::error::Error;
 use crate::shell::command_line::one_line;
 use crate::shell::{Report, host, locked};
 
-/// Mark at the begin of a line that a worker writes, to distinguish it from the library's output.
+/// Mark at the beginning of a line that a worker writes, to distinguish the line from the library's output.
 const MARK: &str = "\u{1}standstill ";
 
 /// A pool of processes that run trials.
@@ -34,7 +34,7 @@ const MARK: &str = "\u{1}standstill ";
 pub struct Workers {
     /// First line of each worker's input: the path of the scenario's file, and its text with all changes.
     scenario: String,
-    /// Digests of all files that the run reads, by path. A worker that reads other contents would run something else.
+    /// Digests of all files that the run reads, by path. A worker that reads a file with another digest is refused.
     files: BTreeMap<String, String>,
     free: Mutex<Vec<Worker>>,
 }
@@ -88,7 +88,7 @@ impl Workers {
         free.map_or_else(|| Worker::new(&self.scenario), Ok)
     }
 
-    /// Lets a worker check that detectors can be made at all points. The error is the worker's.
+    /// Lets a worker check that detectors can be made at all points. Returns the error that the worker reports.
     fn check(&self) -> Result<(), FileError> {
         let refused = |key: &str, message: String| FileError::Key {
             place: String::new(),
@@ -122,7 +122,7 @@ fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
     let Some(answer) = worker.answer() else {
         return Err(failed(format!("a library that cannot be loaded: {}", worker.ending())));
     };
-    // It ends at the end of its input.
+    // The worker ends when its input is closed.
     let _ = worker.ending();
     match answer {
         Reply::Described(described) => described,
@@ -142,7 +142,7 @@ fn described(path: &Path) -> Result<Description, LoadError> {
 /// Request to a worker: the first line of its input.
 #[derive(Serialize, Deserialize)]
 enum Request {
-    /// Describe the library at a path; `limit`: longest time of a call.
+    /// Describe the library at a path; `limit`: longest allowed time of a call.
     Inspect { path: PathBuf, limit: Duration },
     /// Run trials of a scenario: the path of its file, and its text with all changes.
     Run { path: PathBuf, text: String },
@@ -153,7 +153,7 @@ enum Request {
 enum Reply {
     /// The scenario is loaded and a detector could be made; with the digests of the files that the worker reads.
     Ready(BTreeMap<String, String>),
-    /// Description of the library, or why the file cannot be the detector.
+    /// Description of the library, or the reason why the file cannot be the detector.
     Described(Result<Description, LoadError>),
     /// The scenario has a wrong key.
     Key { key: String, message: String },
@@ -186,7 +186,7 @@ impl Worker {
         let (Some(mut input), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
             return Err(std::io::Error::other("a process without pipes"));
         };
-        // One that has ended already has no answer either.
+        // If the worker has ended already, writing fails, and `answer` returns none later.
         let _ = writeln!(input, "{first}");
         Ok(Self { child, input, output: BufReader::new(output) })
     }
@@ -199,7 +199,7 @@ impl Worker {
             if self.output.read_until(b'\n', &mut line).ok()? == 0 {
                 return None;
             }
-            // What a library prints may stand before it.
+            // Output of the library may precede the mark on its line.
             let text = String::from_utf8_lossy(&line);
             let answer = text.split_once(MARK).and_then(|(_, answer)| serde_json::from_str(answer).ok());
             if answer.is_some() {
@@ -224,7 +224,7 @@ impl Worker {
         point: usize,
         trial: u64,
     ) -> Option<Result<Record, Lost>> {
-        // One that ended while it began says so by its end.
+        // If the worker has ended already, writing fails, and `answer` returns none.
         let _ = writeln!(self.input, "{point} {trial}");
         loop {
             return Some(match self.answer()? {
@@ -273,7 +273,7 @@ impl Remote for Workers {
 impl Drop for Workers {
     fn drop(&mut self) {
         for worker in std::mem::take(self.free.get_mut().unwrap_or_else(PoisonError::into_inner)) {
-            // At the end of its input a worker ends.
+            // A worker ends when its input is closed.
             let _ = worker.ending();
         }
     }
@@ -281,7 +281,7 @@ impl Drop for Workers {
 
 /// Runs the worker process.
 pub fn worker() -> Result<Report, Error> {
-    // An interruption is its parent's to answer: this one ends with its input.
+    // The parent process handles interruptions. A worker ends when its input is closed.
     let _ = ctrlc::set_handler(|| ());
     let failed = |error: std::io::Error| Error::Read("standard input".into(), error);
     let mut lines = std::io::stdin().lines();
@@ -292,7 +292,7 @@ pub fn worker() -> Result<Report, Error> {
         Request::Inspect { path, limit } => {
             isolate(limit);
             let _ = say(&Reply::Described(described(&path)));
-            // Whoever asked has read it when the input ends.
+            // The parent closes the input after it has read the reply.
             while lines.next().is_some() {}
             return done();
         }
@@ -343,7 +343,7 @@ fn digests(plan: &Plan) -> BTreeMap<String, String> {
     plan.files().into_iter().map(|(path, digest)| (path, digest.to_string())).collect()
 }
 
-/// Makes this process end if the library misbehaves; `limit`: longest time of a call.
+/// Makes this process end if a call of the library crashes or takes too long; `limit`: longest allowed time of a call.
 fn isolate(limit: Duration) {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     standstill_foreign::isolate(limit);

@@ -20,7 +20,7 @@ use crate::shell::terminal::paragraph;
 use crate::shell::{Report, host, progress};
 use crate::{answer, results, summary};
 
-/// Returns the names of the files.
+/// Returns the names of the files that a run with these options writes.
 pub fn names(options: &Run) -> Vec<&'static str> {
     let trials = (options.rows == Rows::All).then(|| trials_name(options.results.format));
     trials.into_iter().chain([SUMMARY]).filter(|_| files_wanted()).collect()
@@ -36,11 +36,11 @@ pub struct Results {
 /// Key that sets the width of the sectors in which a detector answers; with the default of 0 answers are angles.
 const SECTOR: &str = "detector.sector";
 
-/// Statistics of a sweep's points, which are added one after the other.
+/// Statistics of the points of a sweep, built from rows that come point by point.
 pub struct Points {
     axes: Vec<AxisColumn>,
     coordinates: Vec<Point>,
-    /// Whether answers are sectors at any point.
+    /// True if answers are sectors at any point.
     in_sectors: bool,
     limit: f64,
     /// Statistics of a run without axes.
@@ -75,14 +75,14 @@ impl Points {
         self.axes.iter().map(|AxisColumn(column)| column.clone()).chain(trial_columns(self.in_sectors))
     }
 
-    /// Returns the cells of a row in these columns.
+    /// Returns the cells of a row in the order of `columns`; `point`: index of the row's point.
     pub fn cells<'r>(&self, point: usize, row: &'r Row) -> Vec<Cell<'r>> {
         let values = self.axes.iter().zip(&self.coordinates[point].values);
         let axes = values.map(|(axis, (_, value))| axis.value(value));
         axes.chain(trial_values(row, self.in_sectors)).collect()
     }
 
-    /// Adds a row.
+    /// Adds a row to the statistics of its point. All rows of a point must come one after the other.
     pub fn add(&mut self, point: usize, row: &Row) {
         if self.axes.is_empty() {
             self.all.add_row(row);
@@ -97,7 +97,7 @@ impl Points {
         }
     }
 
-    /// Ends the present point.
+    /// Ends the point to which rows were added last. Call it after the last row.
     pub fn close(&mut self) {
         if let Some((point, statistics)) = self.current.take() {
             self.done(point, &statistics);
@@ -202,7 +202,8 @@ impl Results {
         Ok(Self { summary, json, files })
     }
 
-    /// Returns the number of starts without an answer, and the most frequent reason, in words. None if at most one in a hundred is without.
+    /// Returns the number of starts without an answer, and the most frequent reason, in words. None if at most 1 % of the starts have no
+    /// answer, or for a sweep.
     fn unanswered(&self) -> Option<String> {
         let all = self.summary.summary.as_ref()?;
         let without = all.undetermined + all.failed;

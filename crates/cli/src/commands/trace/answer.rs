@@ -15,7 +15,7 @@ use crate::commands::question::{Identity, given, setting};
 use crate::commands::waveforms;
 use crate::error::Error;
 
-/// One trial, with everything that is known of it.
+/// A trial with its scenario, its result, and its specimen.
 pub struct Traced<'a> {
     pub options: &'a Options,
     pub plan: &'a Plan,
@@ -70,7 +70,7 @@ impl Traced<'_> {
         }
         let motor = options.setup.motor.as_deref().unwrap_or("paper-5k5");
         let again = given(motor, keys, seed) + &shorthands(options).as_keys(Some("motor"));
-        // The method of a trace without a scenario is the paper's, that of a run without one is not.
+        // Without a scenario `trace` uses the paper's method, but `run` does not, so the method is named.
         let named = again.contains("detector.");
         if named { again } else { again + " -s detector.method=" + file.detector.name() }
     }

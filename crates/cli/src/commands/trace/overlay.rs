@@ -20,7 +20,7 @@ use standstill_table::Format;
 /// Largest number of settings that a reader can distinguish in one picture.
 const MOST: usize = 6;
 
-/// A setting: a name that distinguishes it, and all its keys.
+/// A setting: a name that distinguishes it, such as `b = 2`, and all its keys with their values.
 pub type Setting = (String, Vec<(String, String)>);
 
 /// Returns all combinations of the keys that have a list of values; a single combination without a name if no key has a
@@ -54,7 +54,8 @@ pub fn settings(keys: &Keys) -> Result<Vec<Setting>, Error> {
     Ok(all)
 }
 
-/// Returns whether a list is one value of this key: of an axis, the range of a number of a fault, the names of checks.
+/// Returns true if a list is a single value of this key: the values of a sweep axis, the range of a fault's parameter, or the names of
+/// checks.
 fn is_a_list(key: &str) -> bool {
     let ranges = ["magnitude", "resistance", "coupling", "command", "onset"];
     let of_fault =
@@ -118,9 +119,9 @@ fn check(options: &Options, settings: &[Setting]) -> Result<(), Error> {
 pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     check(options, settings)?;
     let keys = varied(settings);
-    // What figure and page speak of: what is the same in all.
+    // Conditions that all settings have in common, for figure and page.
     let (mut singles, mut spoken, mut identities) = (Vec::new(), None, Vec::new());
-    // What is wrong with any of them shows before the first.
+    // All settings are checked before the first one is simulated.
     for (name, set) in settings {
         let source = Source {
             scenario: options.source.scenario.clone(),
@@ -167,7 +168,7 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     let table = Block::Table(Table::new(columns).rows(rows));
     let place = options.source.scenario.clone().unwrap_or_default().with_file_name("scenario");
     let others = singles[1..].iter().map(|(.., text)| text.as_str()).collect();
-    // They have just been read.
+    // No digests to compare: the files have just been read.
     let files = BTreeMap::new();
     let setup = Setup { others, ..Setup::of(&place, &singles[0].3, &files, keys) };
     let command = typed_of(options.source.scenario.as_deref());

@@ -6,8 +6,7 @@ use serde_json::{Map, Value, json};
 use standstill_scenario::{Plan, Single, specimen, written};
 use standstill_sim::{Case, RotorState};
 
-/// Returns the text that names the trial and the values of its point; empty for the first trial of a scenario without
-/// axes.
+/// Returns the line that names the trial and, for a scenario with axes, its point and the values there.
 pub fn heading(plan: &Plan, single: &Single) -> String {
     let values: Vec<String> = plan.points()[single.point]
         .values
@@ -38,7 +37,7 @@ pub fn json(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> Value {
         RotorState::Braked(play) => Some([play.below, play.above].map(f64::to_degrees)),
         RotorState::Locked | RotorState::Free | RotorState::Driven => None,
     };
-    // Of what the drive does not have nothing is drawn.
+    // Errors of sensors that the drive does not have are left out.
     let (currents, terminals) = (sensors.settings.arrangement.sensors(), sensors.settings.terminal);
     let (comparators, timer) = (sensors.settings.comparator.count(), sensors.settings.comparator.timer > 0.0);
     json!({

@@ -1,4 +1,5 @@
-//! The numerical error of a run, found by repeating the run with the referee at a tighter tolerance.
+//! The numerical error of a run, found by repeating the run with the referee, a second integrator of the same equations, at a tighter
+//! tolerance.
 
 use std::fmt::Write as _;
 use std::io::Write;
@@ -15,18 +16,21 @@ use crate::answer::TableFile;
 /// Ratio of the referee's tolerance to the usual one.
 const TIGHTER: f64 = 1e-3;
 
-/// The numerical error, and the quantities compared with which it must be small.
+/// The numerical error of a run, and the quantities compared to which the error must be small.
 pub struct NumericalError {
+    /// Tolerance of the usual run in Wb.
     tolerance: f64,
-    /// Samples of both runs; the field after it is the largest difference of their currents in A.
+    /// Samples of both runs.
     samples: Vec<Pair>,
+    /// Largest difference of the sampled phase currents in A.
     current: f64,
-    /// Difference of the axes in degrees, if both runs found one; the field after it is the difference of the polarity
-    /// margins in A.
+    /// Difference of the axes in degrees, if both runs found one.
     angle: Option<f64>,
+    /// Difference of the polarity margins in A, if both runs have one.
     margin: Option<f64>,
-    /// Polarity margin of the usual run in A; the field after it is the noise of the sensors in A.
+    /// Polarity margin of the usual run in A.
     polarity_margin: Option<f64>,
+    /// Noise of the current sensors in A.
     noise: f64,
 }
 
@@ -51,7 +55,7 @@ pub fn numerical_error(single: &Single) -> Result<NumericalError, SettingsError>
         case.tolerance = tolerance;
         case.sensors.settings.adc = None;
         case.sensors.settings.dc_link.adc = None;
-        // Of the trace only the samples are wanted.
+        // Only the samples of the trace are needed.
         let mut trace = Trace::new(f64::INFINITY);
         let mut detector = scenario.detector_for(&case)?;
         let by = if refereed { referee } else { run };

@@ -62,14 +62,15 @@ pub fn toml(asked: &Asked<'_>, judged: &Judged) -> String {
     asked.ranges.iter().zip(&judged.values).map(line).collect()
 }
 
-/// Returns the answer in a line.
+/// Returns the tone of the answer, and the answer in a line.
 pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
     let minimise = asked.goal.minimise;
     let [start, best] =
         [&tuned.start, &tuned.best].map(|judged| with_unit(minimise, &judged.measured.get(minimise)));
     let settings = settings(asked, &tuned.best.values);
     let limits = limits(asked);
-    // What the start itself sets, it keeps, whatever other random numbers make of it.
+    // The initial settings keep the limits that are relative to them, even if other random numbers give another value. So only the other
+    // limits are compared.
     let start_keeps = standstill_analysis::tune::verdict(&asked.absolute(), &tuned.start.measured).holds;
     if tuned.best.measured.get(Measure::Unanswered).value >= 1.0 {
         return (
@@ -97,7 +98,7 @@ pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
     (tone, found)
 }
 
-/// Formats the limits; those relative to the initial settings get few digits.
+/// Formats the limits with at most four digits. `(start)` marks a limit relative to the initial settings.
 pub fn limits(asked: &Asked<'_>) -> String {
     let one = |limit: &Limit| {
         let scale = scale(limit.measure, limit.most);
@@ -109,7 +110,7 @@ pub fn limits(asked: &Asked<'_>) -> String {
     asked.goal.limits.0.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// Returns the reasons of the answer.
+/// Returns the details of the answer: the intervals, whether limits hold, and the extent of the search.
 pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
     let minimise = asked.goal.minimise;
     let apart = tuned.differences.get(minimise);

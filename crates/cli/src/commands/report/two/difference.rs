@@ -20,9 +20,9 @@ impl Rates {
     }
 }
 
-/// Returns a percentile of the magnitude of the second errors minus that of the first, with an interval from the pairs.
-/// To first order the error of an order statistic depends on the number of values beyond the percentile, so two
-/// percentiles are as strongly correlated as the indicators of exceeding them.
+/// Returns a percentile of the error's magnitude in run B minus that in run A, in degrees, with its 95 % interval. `pairs`: errors of both
+/// runs in each trial, in degrees; `[a, b]`: the percentile of each run. To first order the error of an order statistic depends on the
+/// number of values beyond the percentile, so two percentiles are as strongly correlated as the indicators of exceeding them.
 pub fn paired_percentile(pairs: &[(f64, f64)], [a, b]: [Estimate; 2]) -> Estimate {
     let share = |of: &dyn Fn(&(f64, f64)) -> bool| {
         pairs.iter().filter(|pair| of(pair)).count() as f64 / pairs.len() as f64
@@ -103,7 +103,7 @@ mod tests {
     fn analytic_rates_differ_by_what_happened_in_one_alone() {
         let none = Rates { only_a: 0, only_b: 0, pairs: 1000 }.difference();
         assert_eq!(none.value, 0.0);
-        // Of none in n, 3.69/n.
+        // The upper end for no case in n trials is 3.69/n.
         assert!((none.high * 1000.0 - 3.69).abs() < 0.02 && none.low == -none.high, "{none:?}");
         let more = Rates { only_a: 2, only_b: 30, pairs: 1000 }.difference();
         assert!((more.value - 0.028).abs() < 1e-12 && more.low > 0.0, "{more:?}");

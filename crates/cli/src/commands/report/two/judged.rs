@@ -33,7 +33,7 @@ impl Common {
     }
 }
 
-/// Returns the difference as one line. The shares of right answers come first, unless nearly all answers are right.
+/// Returns the verdict as one line, with its tone: first the shares of starts answered rightly, unless nearly all are, then the difference.
 pub fn headline(rows: &[Compared], points: &[Common]) -> (Tone, String) {
     let apart = difference(rows, points);
     let shares = |run: usize| {

@@ -79,12 +79,12 @@ impl Compared {
             interval(self.of[0]),
             interval(self.of[1]),
             interval(self.apart),
-            // In few words, for a terminal's width.
+            // Short words, so that the row fits the width of a terminal.
             self.verdict().replace("no difference shown", "unsure"),
         ]
     }
 
-    /// Returns text on which of both values is larger. Which run is better depends on all measures of a point together.
+    /// Returns the words on which run has the larger value. Which run is better depends on all measures of a point together.
     pub fn verdict(&self) -> &'static str {
         if self.apart.low.is_nan() || self.apart.high.is_nan() {
             return "cannot be compared";

@@ -26,7 +26,7 @@ pub fn figure(rows: &[Compared], points: &[Common], names: &[String; 2], conditi
                 let Estimate { value, low, high } = row.of[run].times(row.factor());
                 (place as f64 + shift, value, low, high)
             };
-            // What is no number has no bar.
+            // A value that is not finite has no bar.
             let known = |row: &&Compared| {
                 let Estimate { value, low, high } = row.of[run];
                 [value, low, high].iter().all(|x| x.is_finite())
@@ -49,7 +49,7 @@ pub fn figure(rows: &[Compared], points: &[Common], names: &[String; 2], conditi
             rms.iter().enumerate().filter(|(_, row)| row.apart.high.is_finite()).map(bar),
         ))
         .with(Layer::level("", 0.0));
-    // A panel without a number says nothing; one there must be.
+    // A panel without numbers is left out. Panels always remain: the rates for a single point, the rms errors for several points.
     let mut panels = Vec::new();
     if !single || rms.iter().any(|row| row.of.iter().any(|of| of.value.is_finite())) {
         panels.push(upper);
@@ -64,13 +64,13 @@ pub fn figure(rows: &[Compared], points: &[Common], names: &[String; 2], conditi
     } else {
         for case in CASES {
             let rest: Vec<&Compared> = rows.iter().filter(|row| row.measure == case).collect();
-            // What never happens needs no picture.
+            // A case that never happens has no panel.
             if rest.iter().any(|row| row.of.iter().any(|of| of.value > 0.0)) {
                 panels.push(both(Panel::new(x(), Axis::new(format!("{case} (%)"))), &rest));
             }
         }
     }
-    // Of five panels at most.
+    // There are five panels at most.
     #[allow(clippy::cast_possible_truncation)]
     let height = 120 + 230 * panels.len() as u32;
     let title = "Two runs compared, with 95 % intervals".to_owned();
