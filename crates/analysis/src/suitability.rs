@@ -6,9 +6,9 @@
 //!   suited, suited if ... ◄─ holds on fresh starts, by 95 % ◄──────────┘
 //!        not suited       ◄─ none holds: a brake, more current, a finer converter are tried
 //! ```
-//! The verdict comes from trials: a method must find the axis, must find no wrong pole and must leave a free rotor where it is,
-//! with no more current and time than allowed. Two comparisons explain the verdict: the saliency against the sensors' noise (as
-//! the Cramér–Rao limit), and the difference of the poles' currents against the drive's errors.
+//! The verdict comes from trials. A method must find the axis, must find no wrong pole and must leave a free rotor where it is, with no
+//! more current and time than allowed. Two comparisons explain the verdict: the saliency against the sensors' noise (as the Cramér–Rao
+//! limit), and the difference of the poles' currents against the drive's errors.
 
 mod advice;
 mod bench;
@@ -52,10 +52,10 @@ use bench::Bench;
 use search::Found;
 use work::Allowance;
 
-/// Progress of the search, with results so far.
+/// Progress of the check, with results so far.
 #[derive(Clone, Copy, Debug)]
 pub enum Progress<'a> {
-    /// Settings of a method are being searched.
+    /// Settings of this method are being searched.
     Method(MethodName),
     /// The search found this candidate.
     Found(&'a Candidate),
@@ -88,50 +88,50 @@ choice! {
 pub struct Suitability {
     /// Saliency ratio |L_B| / L_A at zero current, from the data sheet.
     pub saliency_ratio: f64,
-    /// The Cramér–Rao limit of the first method's pulses with this drive's readings, as rms over the angles. None if
-    /// the method cannot be set up, or if the drive does not read its phase currents.
+    /// The Cramér–Rao limit with the pulses of the first candidate and the readings of this drive, as rms over the angles. None if the
+    /// method cannot be set up, or if the drive does not read its phase currents.
     pub limit: Option<Bound>,
-    /// True if the motor has a magnet, so that it has poles to tell apart.
+    /// True if the motor has a magnet and so poles to distinguish.
     pub has_magnet: bool,
-    /// Knowledge of the pole that draws more current, from the motor's data. If the data do not suffice, see
-    /// [`Suitability::condition`].
+    /// How far the motor's data determine which pole draws more current. If the data do not suffice, see [`Suitability::condition`].
     pub pole: PoleKnowledge,
-    /// The pole that draws more current: near rated current, and in pulses of half of the rated current.
+    /// The pole that draws more current: first near rated current, second in pulses of half of the rated current.
     pub signature: [Signature; 2],
-    /// Relative difference of the poles' currents near rated current.
+    /// Relative difference of the poles' currents near rated current, as a share.
     pub polarity_difference: f64,
-    /// Relative difference of the poles' currents in pulses of half of the rated current.
+    /// Relative difference of the poles' currents in pulses of half of the rated current, as a share.
     pub pulse_difference: f64,
-    /// The pole that draws more of the largest allowed current, and the relative difference; none where a flux map ends before.
+    /// The pole that draws more current at the largest allowed current, and the relative difference there; none if the motor's flux map
+    /// ends below this current.
     pub strongest: Option<(Signature, f64)>,
-    /// Largest of the currents up to three times the allowed one, in A, at which the poles were compared, if they draw the same current at each of them; none if
-    /// they differ, or if nothing is known of them.
+    /// Largest current in A at which the poles were compared, if they draw the same current at every compared current up to three times the
+    /// allowed one. None if they differ at one of them, or if their currents are not known.
     pub alike_up_to_a: Option<f64>,
     /// Largest allowed phase current in A.
     pub most_current_a: f64,
-    /// The state of the rotor, if the scenario or an override sets it, so that it alone was judged; none for locked and free.
+    /// The state of the rotor, if an override sets it, so that it is the only one judged; none if locked and free rotors are judged.
     pub rotor: Option<Rotor>,
     /// The methods tried, in the order of [`CANDIDATES`].
     pub candidates: Vec<Candidate>,
     /// The methods not tried because they do not have all settings of the detector that the scenario sets.
     pub left_out: Vec<LeftOut>,
-    /// Speed of the rotor in the scenario, which does not apply to the rotors that are judged: see [`standing`]. None without one.
+    /// Speed that the scenario's file gives the rotor, as written. The check leaves it out, because it judges a rotor that stands: see
+    /// [`standing`]. None if no speed was left out.
     pub left_speed: Option<String>,
     /// Index of the recommended candidate, with its results on fresh starts; none if no candidate suits the motor.
     pub recommended: Option<(usize, Confirmed)>,
-    /// Speeds at which the recommended method notices a rotor that turns, and at which its error exceeds the demand. None where no rotor that
-    /// is judged may turn, and if no candidate suits the motor.
+    /// Speeds at which the recommended method notices a rotor that turns, and at which its error exceeds the demand. None if no judged
+    /// rotor may turn, or if no candidate suits the motor.
     pub turning: Option<TurningSpeeds>,
     /// Condition on the motor, not stated in its data, under which the verdict is valid.
     pub condition: Option<Condition>,
-    /// Changes that were tried because no settings suffice for the unchanged motor and drive.
+    /// Changes that were tried because no settings suffice for the motor and drive as they are.
     pub advice: Vec<Advice>,
     /// Ways to start the motor without these methods; tried if no change suffices.
     pub alternatives: Vec<Alternative>,
-    /// Descriptions of the parts of the check that were left out because no work was left; more [`Effort`] includes
-    /// them.
+    /// Descriptions of the parts of the check that were left out because no work was left. A higher [`Effort`] includes them.
     pub untried: Vec<String>,
-    /// True if settings that were not tried may suit the unchanged motor.
+    /// True if settings that were not tried may suit the motor as it is.
     pub is_undecided: bool,
     /// Work done, in evaluations of the machine's equations: at most [`most_work`] plus the last start.
     pub work: u64,
@@ -189,13 +189,13 @@ impl Suitability {
         if open && is_salient && condition::saturating(document, 0.1).is_some() {
             let methods = condition::quick(methods);
             for (number, most) in condition::LARGEST.into_iter().enumerate() {
-                // The first range that is tried is the likeliest; the last part is for the axis alone.
+                // The first range is the likeliest, so it gets most of the work; the rest of the work is for judging the axis alone.
                 let share = if number == 0 { 0.9 } else { 0.4 };
                 let (found, cut) = work
                     .within(share, || Self::with_saturation(document, demands, work, &methods, most, hear));
                 if let Some(mut found) = found? {
                     if found.is_undecided {
-                        // A larger range does not help where a smaller one suffices on few starts.
+                        // A larger range is not tried: the smaller one suffices on few starts.
                         found
                             .untried
                             .push(format!("other ranges of saturation than up to {:.0} %", 100.0 * most));
@@ -211,7 +211,7 @@ impl Suitability {
         let bench = Bench::new(document, motor, demands, work);
         let (mut found, searched) = Self::judged(&bench, methods, None, hear)?;
         untried.append(&mut found.untried);
-        // Only starts are missing: no change of the drive is tried.
+        // If a candidate lacks only starts, no change of the drive is tried.
         if found.recommended.is_none() && found.open().is_none() {
             let methods: Vec<_> = methods.iter().copied().zip(&searched).collect();
             found.advice = advice::tried(&bench, &methods, &found, &mut untried, hear)?;
@@ -278,7 +278,7 @@ impl Suitability {
         let tried = candidates.first().map_or_else(|| Setting::plain(methods[0]), |of| of.setting.clone());
         let tried = bench.scenario(&tried, Rotor::Locked)?;
         let motor = bench.motor;
-        // An end of a range without settings is no answer, and the limit takes as long as a method.
+        // The limit takes as long as a method, so it is left out at one end of a range of saturation for which no settings suffice.
         let is_answer = recommended.is_some() || bench.upper_end.is_none();
         let is_bounded = is_answer && tried.check().is_ok();
         let bounds = Bounds { interval: None, ..Bounds::of_method(&tried) };
@@ -289,7 +289,7 @@ impl Suitability {
             pole: motor.pole_knowledge(),
             signature: [known.signature, known.pulse_signature],
             polarity_difference: known.polarity_difference,
-            // Where a map ends before, nothing is known.
+            // Zero if the flux map ends below this current.
             pulse_difference: PolarityPoint::of(&plain.motor.magnetics, 0.5 * plain.motor.rated_current)
                 .map_or(0.0, |point| point.difference()),
             strongest: pole_signature(motor, bench.most_current),
@@ -329,8 +329,8 @@ impl Suitability {
         self.saliency_ratio >= LEAST_SALIENCY
     }
 
-    /// Returns true if the poles are known to draw the same current up to three times the allowed one, so that no test at standstill with such currents tells
-    /// them apart.
+    /// Returns true if the poles are known to draw the same current up to three times the allowed one, so that no test at standstill with
+    /// such currents distinguishes them.
     pub const fn poles_are_alike(&self) -> bool {
         self.alike_up_to_a.is_some()
     }
@@ -345,7 +345,8 @@ impl Suitability {
         self.recommended.as_ref().map(|(number, _)| &self.candidates[*number])
     }
 
-    /// Returns the best of the candidates that met the demands on fresh starts too few to show it.
+    /// Returns the best of the candidates that met all demands on fresh starts, but on too few of them to show it; none if there is no such
+    /// candidate.
     pub fn open(&self) -> Option<&Candidate> {
         let open = self.candidates.iter().filter(|of| of.wanting.is_some());
         open.max_by(|a, b| a.margin().total_cmp(&b.margin()))
@@ -388,7 +389,7 @@ const SEARCH: f64 = 0.5;
 /// Share of the remaining work for the confirmation, before changes are tried.
 const CONFIRMATION: f64 = 0.7;
 
-/// Number of angles for the Cramér–Rao limit: no common factor with six, so all differ within the 60° by which line inductances repeat. The rms over them
-/// differs from that over twice as many by up to some 6 % on a flux map. With errors of `field` each takes as
-/// long as some hundred starts.
+/// Number of angles for the Cramér–Rao limit. It shares no factor with six, so that all angles differ within the 60° by which line
+/// inductances repeat. On a flux map the rms differs by up to some 6 % from that over twice as many angles. With the errors of `field` each
+/// angle takes as long as some hundred starts.
 const ANGLES: usize = 7;

@@ -52,7 +52,7 @@ pub struct Alternative {
 
 /// Number of starts by which the alternative that finds only the axis is judged.
 const STARTS: u64 = 200;
-/// Number of such starts for alignment, which takes seconds of the motor's time.
+/// Number of starts in place of [`STARTS`] for alignment, each of which takes seconds of the motor's time.
 const SLOW_STARTS: u64 = 24;
 
 /// Tries changes that an engineer of the drive can make, given the settings found for each method. Changes for which no
@@ -97,8 +97,8 @@ fn short(methods: &[(MethodName, &Found)]) -> Vec<MethodName> {
     if short.is_empty() { methods.iter().map(|(method, _)| *method).collect() } else { short }
 }
 
-/// Searches values of the keys of the detector that the user set. Returns the settings that meet the demands; none if no keys are set or no values
-/// suffice.
+/// Searches values of the keys of the detector that the user set. Returns the settings that meet the demands; none if no keys are set or no
+/// values suffice.
 fn freed(
     bench: &Bench<'_>,
     methods: &[(MethodName, &Found)],
@@ -140,7 +140,7 @@ fn changed(
         return Ok(Vec::new());
     }
     let mut advice = Vec::new();
-    // What does not help together does not help alone, so the last is the first.
+    // The last change combines several. It is tried first: if it does not help, none of its parts helps either.
     changes.rotate_right(1);
     let (mut together, count) = (true, changes.len());
     for (number, mut change) in changes.into_iter().enumerate() {
@@ -148,7 +148,7 @@ fn changed(
             (None, false)
         } else {
             hear(Progress::Change(&change.words));
-            // One part stays for the demands. A change that lifts all that is missing is the likeliest.
+            // One share of the work stays for relaxed demands. A change that lifts the only missed demand is the likeliest to help.
             let lifts = change.lifts.is_some_and(|lifted| kept_but(methods, lifted).next().is_some());
             let share = if lifts { 0.5 } else { 1.0 / (count - number + 1) as f64 };
             let (helps, cut) = bench.work.within(share, || of_change(bench, &change, methods, &short));
@@ -167,14 +167,14 @@ fn changed(
             Advice { change: change.words, keys: change.keys, frees: Vec::new(), demands, helps },
         ));
     }
-    // The simplest first.
+    // Back to the order of the list: the simplest change first.
     advice.rotate_left(1);
     let (open, tried): (Vec<_>, Vec<_>) = advice.into_iter().partition(|(is_open, _)| *is_open);
     untried.extend(open.into_iter().map(|(_, advice)| advice.change));
     Ok(tried.into_iter().map(|(_, advice)| advice).collect())
 }
 
-/// Settings that meet the demands, `None` if no settings do; and whether some met them on starts that were too few to show it.
+/// Settings that meet the demands, `None` if no settings do; and true if some settings met them on too few starts to show it.
 type Helps = (Option<Setting>, bool);
 
 /// Returns settings that meet the demands after a change.
@@ -193,7 +193,7 @@ fn of_change(
     changed.has_pole = bench.has_pole;
     let (helps, mut is_open) = searched(&changed, short)?;
     let (None, Some(lifted)) = (&helps, change.lifts) else { return Ok((helps, is_open)) };
-    // Methods that are not searched anew, whose only objection is the one that is lifted.
+    // Methods that are not searched anew, and whose settings miss only the demand that the change lifts.
     for look in kept_but(methods, lifted).filter(|look| !short.contains(&look.setting.method)) {
         match changed.settled(std::iter::once((0, look)), &mut 0, &mut |_| {})? {
             (_, Ok(_)) => return Ok((Some(look.setting.clone()), false)),
@@ -203,14 +203,14 @@ fn of_change(
     Ok((None, is_open))
 }
 
-/// Returns of each method the best settings that meet all demands but this one, if there are any.
+/// Iterates over settings that meet all demands except `lifted`: the best ones of each method that has any.
 fn kept_but<'a>(methods: &'a [(MethodName, &Found)], lifted: Demand) -> impl Iterator<Item = &'a Look> {
     methods
         .iter()
         .filter_map(move |(_, found)| found.looks.iter().find(|look| look.margins.is_kept_but(lifted)))
 }
 
-/// Searches each method for the first settings that meet the demands.
+/// Searches the methods one after the other for settings that fresh starts confirm; returns the first.
 fn searched(bench: &Bench<'_>, methods: &[MethodName]) -> Result<Helps, SuitabilityError> {
     let mut is_open = false;
     for method in methods {
@@ -230,8 +230,8 @@ fn searched(bench: &Bench<'_>, methods: &[MethodName]) -> Result<Helps, Suitabil
 /// Ratios of L_q to L_d that are tried if a data sheet gives both axes the same inductance.
 const RATIOS: [f64; 5] = [1.06, 1.12, 1.25, 1.5, 2.0];
 
-/// Finds the smallest tried L_q with which a motor is suited whose sheet gives only one inductance. None if the sheet
-/// has no key for L_q or no tried value suffices.
+/// Finds the smallest tried L_q with which a motor is suited, if its data sheet gives only one inductance. None if the sheet has no key for
+/// L_q or no tried value suffices.
 fn salient(
     bench: &Bench<'_>,
     methods: &[MethodName],
@@ -285,7 +285,7 @@ pub(super) fn alternatives(
             all.extend(axis.alternative(Way::Axis, setting)?);
         }
     }
-    // A rotor that is held does not turn.
+    // A held rotor cannot be aligned.
     if bench.rotors.contains(&Rotor::Free) {
         let demands = Demands { movement_deg: 360.0, time_s: f64::INFINITY, ..*bench.demands };
         let turning = Bench::new(bench.document, bench.motor, &demands, bench.work);
@@ -295,7 +295,7 @@ pub(super) fn alternatives(
 }
 
 impl Bench<'_> {
-    /// Tries a way to start; none if it cannot be set up or does not meet the demands of this bench.
+    /// Tries another way to start the motor; none if it cannot be set up or does not meet the demands of this bench.
     fn alternative(&self, way: Way, setting: Setting) -> Result<Option<Alternative>, SuitabilityError> {
         let trials = if way == Way::Alignment { SLOW_STARTS } else { STARTS };
         let starts = match self.starts(&setting, self.last_rotor(), SEARCH, trials) {

@@ -58,7 +58,7 @@ fn toml_value(text: &str) -> toml::Value {
     text.parse::<i64>().map_or_else(|_| text.into(), toml::Value::Integer)
 }
 
-/// Settings, and the margins that trial starts showed.
+/// Settings that were tried, and the margins that their starts showed.
 #[derive(Clone, Debug)]
 pub(super) struct Look {
     pub setting: Setting,
@@ -122,12 +122,12 @@ impl Bench<'_> {
         std::iter::once(self).chain(self.upper_end)
     }
 
-    /// Returns the bench on which given settings draw the most current.
+    /// Returns the bench on which the same settings draw the most current: that of the largest saturation.
     pub fn strained(&self) -> &Self {
         self.upper_end.unwrap_or(self)
     }
 
-    /// Adds the saturation of this bench to the text of objections, if the bench is the upper end of a range.
+    /// Adds the saturation of this bench to the text of objections, if this bench is the upper end of a range.
     pub fn located(&self, mut objections: Vec<String>) -> Vec<String> {
         if let Some(share) = self.most_saturation {
             let with = format!(", with a saturation of {} %", standstill_quantity::rounded(share, 2));
@@ -152,7 +152,7 @@ impl Bench<'_> {
         // A driven rotor is not judged: its acceleration does not apply to a locked or a free one.
         document.remove("rotor.acceleration");
         if rotor == Rotor::Locked {
-            // No load moves it, and nothing turns it.
+            // A locked rotor has no speed, and no load moves it.
             document.remove("rotor.load");
             document.remove("rotor.speed");
         }
@@ -194,11 +194,12 @@ impl Bench<'_> {
         Ok(Some(Look { setting, margins }))
     }
 
+    /// Returns the margins by which these starts meet the demands.
     pub fn margins(&self, starts: &[&Starts]) -> Margins {
         Margins::of(starts, self.demands, self.most_current, self.has_pole)
     }
 
-    /// Returns the objections to settings that these starts give rise to.
+    /// Returns the demands that these starts do not meet, in words.
     pub fn objections(&self, starts: &[&Starts]) -> Vec<String> {
         starts::objections(starts, self.demands, self.most_current, self.has_pole)
     }

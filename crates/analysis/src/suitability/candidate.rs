@@ -39,14 +39,15 @@ pub struct Candidate {
     pub free: Summary,
     /// Reasons why the method does not suit the motor; empty if it does.
     pub objections: Vec<String>,
-    /// Starts that show whether the demands are met: fewer fresh starts met them all and left room for more, and the check does no more work.
+    /// Number and seed of the starts that would show whether the demands are met. None unless the fresh starts of this check met all
+    /// demands and were only too few to show it.
     pub wanting: Option<Wanting>,
     /// Margins by which the demands are met; none if the method cannot be set up.
     pub margins: Option<Margins>,
-    /// The binding demand: for a method that suits the motor, the demand with the smallest margin; for another method, the demand
-    /// that forbids stronger pulses. None if the DC-link voltage limits the current instead.
+    /// The binding demand: for a method that suits the motor, the demand with the smallest margin; for another method, the demand that
+    /// forbids stronger pulses. None if the DC-link voltage or the longest pulse limits the current instead.
     pub binding: Option<Demand>,
-    /// Key of the detector by which the user set the current, so that no larger current was tried; none if it was searched.
+    /// Key of the detector by which the user set the current, so that no larger current was tried; none if the current was searched.
     pub given: Option<&'static str>,
     /// Number of settings that were tried.
     pub looks: usize,
@@ -63,7 +64,8 @@ impl Candidate {
         !self.objections.iter().any(|objection| objection.starts_with(SPENT))
     }
 
-    /// Returns why fresh starts are run with these settings only after those of other methods, whose margins may be smaller; none if they are not.
+    /// Returns the reason why these settings are tried on fresh starts only after those of other methods with smaller margins; none if
+    /// there is no such reason.
     pub fn why_late(&self) -> Option<String> {
         match self.lateness() {
             [true, _] => Some("its starts take a hundred times as long".to_owned()),
@@ -72,7 +74,8 @@ impl Candidate {
         }
     }
 
-    /// Settings whose wrong poles few starts show are confirmed first, and continuous injection last.
+    /// Returns two flags by which candidates are ordered for fresh starts, false first: whether the method takes a hundred times as long as
+    /// others, and whether its wrong poles must be counted in many starts.
     fn lateness(&self) -> [bool; 2] {
         [is_slow(self.method()), Spread::of(self.settings).is_counted()]
     }
@@ -88,13 +91,13 @@ impl Candidate {
 pub struct LeftOut {
     /// The method.
     pub method: MethodName,
-    /// Key that the method lacks; of a key with a list, the value and the key.
+    /// Key that the method lacks; if the method has the key but lacks a check in its list, the check and the key.
     pub lacks: String,
 }
 
 /// Number of starts of a candidate in each state of the rotor.
 const TRIALS: u64 = 200;
-/// Number of starts of a candidate with continuous injection, which takes a hundred times as long.
+/// Number of starts in place of [`TRIALS`] for a candidate with continuous injection, which takes a hundred times as long.
 const FEW_TRIALS: u64 = 24;
 /// Approximate number of starts for searching two methods and confirming the best one.
 const OF_A_JUDGEMENT: u64 = 8000;
@@ -139,12 +142,12 @@ pub(super) fn methods(
             }
         }
     }
-    // Without that setting, those that do not find their readings on the drive are no candidates either.
+    // Even without the scenario's setting, methods whose readings the drive lacks are no candidates.
     left_out.retain(|of| is_tried(of.method, &sources));
     match unsuitable {
         Some(error) if methods.is_empty() => Err(error.into()),
         _ if methods.is_empty() => {
-            // On a drive that reads nothing the document's method says what it needs.
+            // For a drive without readings, the error of the document's method says what the method needs.
             document.scenario_of(motor)?;
             only(document)
         }
@@ -240,7 +243,7 @@ impl Bench<'_> {
         let binding = if objections.is_empty() {
             margins.map(|margins| margins.binding().0)
         } else {
-            // What is strong enough for the pole breaks another demand; or nothing is.
+            // Settings that are strong enough for the pole break another demand. If none are, a demand forbids stronger ones.
             let strong = found.looks.iter().find(|look| look.margins.pole.is_none_or(|pole| pole >= 1.0));
             strong.map_or(found.stop, |look| Some(look.margins.binding().0))
         };
@@ -274,7 +277,7 @@ impl Bench<'_> {
         });
         let mut failed = 0;
         for number in order {
-            // The best is tried even if the few starts of its look were not quite enough.
+            // The best settings are tried even if the few starts of their look were not quite enough.
             let looks = found[number].looks.iter().enumerate();
             let looks = looks.filter(|(rank, look)| *rank == 0 || look.margins.is_kept());
             let (place, judged) = self.settled(looks, &mut failed, hear)?;
@@ -296,8 +299,9 @@ impl Bench<'_> {
         Ok(None)
     }
 
-    /// Tries at most [`TRIED`] of a method's looks, each with its place, on fresh starts, and returns the first that these confirm. `failed` counts the
-    /// failed confirmations. If none is confirmed, returns a refusal: the first that more starts may lift, or else the first.
+    /// Tries at most [`TRIED`] of a method's looks on fresh starts. Returns the place of the first look that these starts confirm, and the
+    /// result. `looks`: each look with its place; `failed` counts the failed confirmations. If no look is confirmed, returns the place and
+    /// the refusal of the first one that more starts may confirm, or else of the first one.
     pub fn settled<'a>(
         &self,
         looks: impl Iterator<Item = (usize, &'a Look)>,
@@ -323,7 +327,7 @@ impl Bench<'_> {
         Ok((place, Err(refused)))
     }
 
-    /// Lowers the margins of a candidate that suits to those of the upper end of a range of saturation, if there is one.
+    /// If the check is over a range of saturation, lowers the margins of a suitable candidate to those at the upper end.
     fn take_upper_end(&self, candidate: &mut Candidate) -> Result<(), SuitabilityError> {
         let (Some(end), Some(margins)) = (self.upper_end, candidate.margins) else { return Ok(()) };
         let trials = if is_slow(candidate.method()) { FEW_TRIALS } else { TRIALS };

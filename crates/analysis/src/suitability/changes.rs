@@ -88,7 +88,7 @@ pub(super) fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> 
             changes.push(keyed(&words, "sensors.range", format!("{smaller} A")));
         }
     }
-    // An amplifier for one direction cuts off what a decaying current reads.
+    // Amplifiers that read one direction clip the readings of a decaying current.
     if let Some(adc) = adc.filter(|adc| adc.low > -0.3 * bench.most_current) {
         let low = format!("-{} A", digits(adc.high.min(1.1 * bench.most_current), 3));
         finer.push(keyed(

@@ -37,7 +37,7 @@ pub(super) const LARGEST: [f64; 4] = [0.15, 0.3, 0.4, 0.08];
 const FINENESS: f64 = 1.08;
 /// Number of starts by which settings are judged.
 const LOOK: u64 = 64;
-/// Number of starts of a cheaper check, before [`LOOK`] starts are run.
+/// Number of starts of a cheaper look before a look of [`LOOK`] starts.
 const FEW: u64 = 16;
 /// Pole evidence of few starts, relative to the evidence that a decision needs, below which settings are dropped
 /// without more starts.
@@ -52,14 +52,14 @@ const PREDICTED: u32 = 6;
 
 /// Share of the remaining work for the search of the smallest saturation; the rest is for confirming its settings.
 const NARROWING: f64 = 0.7;
-/// Largest ratio of the lower to the upper end of a range of saturation. No data sheet would show that a motor lies in
-/// a narrower range.
+/// Largest ratio of the lower to the upper end of a range of saturation. A narrower range would be of no use: no data sheet shows that a
+/// motor lies in it.
 const NARROWEST: f64 = 0.8;
-/// Factor added to the smallest saturation that suffices on few starts, if there is not enough work for many.
+/// Factor by which the smallest saturation that suffices on few starts is raised, if there is not enough work for many starts.
 const COMFORT: f64 = 1.15;
 
-/// Returns the document with a motor whose L_d falls by this share along +d, and that motor. None if the data sheet has
-/// no key for it.
+/// Returns the document with a motor whose L_d falls by this share at rated current along +d, and that motor. None if the data sheet has no
+/// key for saturation.
 pub(super) fn saturating(document: &Document, share: f64) -> Option<(Document, Motor)> {
     let mut document = document.clone();
     let value = format!("{} %", standstill_quantity::rounded(share, 2));
@@ -71,7 +71,7 @@ pub(super) fn saturating(document: &Document, share: f64) -> Option<(Document, M
 /// Key of the saturation in a data sheet by nameplate.
 pub(super) const KEY: &str = "motor.nameplate.saturation";
 
-/// Calls a function with the bench of a motor whose saturation lies between two shares; none if the data sheet has no
+/// Calls `ask` with the bench of a motor whose saturation lies between two shares, and returns the answer; none if the data sheet has no
 /// key for saturation.
 pub(super) fn with_range<T>(
     document: &Document,
@@ -100,7 +100,7 @@ pub(super) fn least_saturation(
     most: f64,
     hear: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Option<(f64, Setting)>, SuitabilityError> {
-    // The most current flows at the largest fall, whatever the least: pulses that keep it there keep it everywhere.
+    // The current is largest at the largest fall of L_d: pulses that keep the limit there keep it in the whole range.
     let strongest = with_range(document, demands, work, [most; 2], |bench| {
         let mut all = Vec::new();
         for method in methods {
@@ -121,7 +121,8 @@ pub(super) fn least_saturation(
     };
     let mut seen = ask(most)?;
     let Some(mut sufficing) = seen.sufficing.take() else { return Ok(None) };
-    // The last share that was tried, and the ends of the range in which the least lies; the lower end is not tried at first.
+    // The last share that was tried, and the ends of the range that contains the smallest sufficient share; the lower end was not tried
+    // yet.
     let (mut tried, [mut low, mut high], mut low_is_tried) = (most, [SMALLEST, most], false);
     let mut steps = 0..PREDICTED;
     while !(work.is_cut() || low_is_tried && high <= low * FINENESS) {
@@ -147,7 +148,8 @@ pub(super) fn least_saturation(
     Ok(Some((rounded_up(high), sufficing)))
 }
 
-/// Settings that are being tried. `evidence`: the saturation at their last look, and the pole evidence there.
+/// Settings that are being tried. `evidence`: the saturation at their last look, and their pole evidence there relative to the evidence
+/// that a decision needs.
 pub(super) struct Tried {
     setting: Setting,
     evidence: Option<(f64, f64)>,
@@ -158,8 +160,7 @@ impl Tried {
         Self { setting, evidence: None }
     }
 
-    /// Returns the pole evidence expected at a saturation, in proportion to it; just enough if the settings were never
-    /// looked at.
+    /// Returns the pole evidence expected at a saturation, in proportion to the saturation; just enough if the settings were never tried.
     fn expected(&self, share: f64) -> f64 {
         self.evidence.map_or(ENOUGH, |(at, evidence)| evidence * share / at)
     }
@@ -190,7 +191,7 @@ pub(super) fn minus_d(document: &Document) -> Result<f64, SuitabilityError> {
     Ok(share.map_or(f64::NAN, Quantity::value))
 }
 
-/// Methods with short detections, which this search tries.
+/// Methods with short detections, which the search of the smallest saturation tries.
 pub(super) const QUICK: [MethodName; 5] = [
     MethodName::Bipolar,
     MethodName::MaximumLikelihood,
@@ -206,9 +207,8 @@ pub(super) fn quick(methods: &[MethodName]) -> Vec<MethodName> {
 }
 
 impl Bench<'_> {
-    /// Finds settings that meet the demands at a saturation, trying the most promising ones first. Settings are dropped
-    /// after few starts if their pole evidence is far too small, or clearly below the evidence of settings that did not
-    /// suffice.
+    /// Finds settings that meet the demands at a saturation (`share`), trying the most promising ones first. Settings are dropped after few
+    /// starts if their pole evidence is far too small, or clearly smaller than that of settings that did not suffice.
     pub(super) fn answers(
         &self,
         settings: &mut [Tried],
@@ -231,7 +231,7 @@ impl Bench<'_> {
                 let Some(Look { margins, .. }) = bench.look(setting.clone(), LOOK)? else {
                     continue 'settings;
                 };
-                // The poles differ the less the less the core saturates: the lower end has the least evidence.
+                // The less the core saturates, the less the poles differ: the lower end has the least evidence.
                 if let (Some(pole), None) = (margins.pole, bench.most_saturation) {
                     tried.evidence = Some((share, pole));
                     seen.evidence = seen.evidence.max(pole);
@@ -268,7 +268,7 @@ impl Suitability {
         let is_dear = with_range(document, demands, work, [least, most], |bench| bench.is_dear(&setting))?;
         let is_dear = is_dear == Some(true);
         if is_dear {
-            // More fresh starts than there is work for would be needed where the evidence is just enough.
+            // With evidence that is just enough, the confirmation would need more fresh starts than there is work for.
             least = rounded_up(COMFORT * least).min(NARROWEST * most);
         }
         let smaller = (cut || is_dear)

@@ -1,9 +1,8 @@
 //! Confirmation: checks settings on starts that were not used to choose them.
 //!
-//! Settings are searched with one seed, sifted with a second and confirmed with a third, so that the reported starts
-//! were not used in the choice. If a confirmation fails, the next settings are confirmed with another seed, and each
-//! failure lowers the confidence. All bounds of one answer hold together with at least the remaining confidence
-//! (Bonferroni).
+//! Settings are searched with one seed, sifted (tried on a few hundred starts) with a second and confirmed with a third, so that the
+//! reported starts were not used in the choice. If a confirmation fails, the next settings are confirmed with another seed, and each
+//! failure lowers the confidence. All bounds of one answer hold together with at least the remaining confidence (Bonferroni).
 
 use serde::Serialize;
 use standstill_scenario::Rotor;
@@ -21,7 +20,7 @@ const LOOKS: [u64; 2] = [500, 2000];
 pub const COUNTED: u64 = 37_000;
 /// Number of starts by which settings are sifted.
 const SIFTED: u64 = 300;
-/// Number of such starts for continuous injection, which takes a hundred times as long.
+/// Number of starts in place of [`SIFTED`] for continuous injection, which takes a hundred times as long.
 const SLOWLY_SIFTED: u64 = 24;
 
 /// Offset of the sifting's seed from the scenario's seed.
@@ -59,7 +58,8 @@ pub struct Confirmed {
 }
 
 impl Confirmed {
-    /// Adds the results of starts under one condition.
+    /// Adds the results of starts in one state of the rotor and with one saturation. `without`: upper bound of their share without an angle
+    /// or without a pole.
     fn add(&mut self, starts: &Starts, without: f64) {
         let summary = &starts.summary;
         let largest = |all: &mut f64, value: f64| *all = all.max(value);
@@ -81,12 +81,12 @@ impl Confirmed {
     }
 }
 
-/// Starts that show whether settings hold that met all demands on fewer fresh starts.
+/// Further starts that would show whether settings meet the demands. Fresh starts met all demands, but were too few to show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wanting {
     /// Number of starts.
     pub starts: u64,
-    /// Seed of starts that no search has seen.
+    /// Seed of these starts, with which no settings were searched.
     pub seed: u64,
 }
 
@@ -101,7 +101,7 @@ pub(super) struct Refused {
 }
 
 impl Refused {
-    /// Objections that more starts do not remove.
+    /// Makes a refusal for objections that more starts do not remove.
     pub const fn because(objections: Vec<String>) -> Self {
         Self { objections, wanting: None, is_open: false }
     }
@@ -189,8 +189,8 @@ impl Bench<'_> {
             let wrong = if self.has_pole { starts.wrong_poles_at_most() } else { 0.0 };
             let answers = p95 <= self.demands.error_deg && without <= self.demands.without_angle;
             let counts = starts.spread.is_counted() && !is_slow(setting.method);
-            // Poles are the harder to tell the less the core saturates. Wrong poles take most of the time to count, so they are counted at the
-            // least saturation alone.
+            // The less the core saturates, the harder it is to distinguish the poles. Counting wrong poles takes the most time, so they are
+            // counted only at the least saturation and with the rotor in its last state.
             let elsewhere = counts && (rotor != self.last_rotor() || self.most_saturation.is_some());
             if answers && (wrong <= self.demands.wrong_poles || elsewhere) {
                 return Ok(Ok(starts));

@@ -61,7 +61,7 @@ pub struct Margins {
 
 /// Margin of movement that the search requires, because the extremes of many fresh starts exceed those of few.
 const ROOM_FOR_MOVEMENT: f64 = 1.1;
-/// Margin of the current that the search requires, for the same reason.
+/// Margin of the current that the search requires, because the largest current of many fresh starts exceeds that of few.
 const ROOM_FOR_CURRENT: f64 = 1.005;
 /// Smallest margin of the pole evidence with which settings are kept, because more starts may show that it suffices.
 const ROOM_OF_POLE: f64 = 0.93;
@@ -93,7 +93,7 @@ impl Margins {
         }
     }
 
-    /// Returns of each demand the smaller of two margins.
+    /// Returns, for each demand, the smaller of its two margins.
     pub(super) fn least(&self, other: &Self) -> Self {
         Self {
             error: self.error.min(other.error),
@@ -105,7 +105,7 @@ impl Margins {
         }
     }
 
-    /// Returns all margins with their demands.
+    /// Returns each demand with its margin; infinite for the pole if poles are not judged, and for answers if enough starts have an angle.
     pub fn all(&self) -> [(Demand, f64); 6] {
         [
             (Demand::Error, self.error),
@@ -171,6 +171,7 @@ impl Margins {
     }
 }
 
+/// Returns the smallest margin of a demand with which settings are kept; 1 is just enough.
 pub(super) fn room(demand: Demand) -> f64 {
     match demand {
         Demand::Movement => ROOM_FOR_MOVEMENT,

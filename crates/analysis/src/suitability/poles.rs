@@ -6,7 +6,8 @@ use standstill_scenario::pole_signature;
 
 use super::bench::Bench;
 
-/// Returns the largest current in A at which the poles were compared; `None` if they differ at one of them.
+/// Returns the largest current in A at which the poles were compared and draw the same current; `None` if they differ at a compared
+/// current, or if their currents are not known.
 pub(super) fn alike_up_to(bench: &Bench<'_>) -> Option<f64> {
     let (motor, most) = (bench.motor, bench.most_current);
     if !motor.has_magnet() || motor.pole_knowledge() != PoleKnowledge::Known {
@@ -14,7 +15,7 @@ pub(super) fn alike_up_to(bench: &Bench<'_>) -> Option<f64> {
     }
     let mut alike = None;
     for current in [0.5 * motor.rated_current, motor.rated_current, most, 2.0 * most, 3.0 * most] {
-        // A map may end before.
+        // No result if a flux map ends below this current.
         match pole_signature(motor, current) {
             Some((Signature::None, _)) => {
                 alike = Some(alike.map_or(current, |before: f64| before.max(current)));

@@ -16,7 +16,7 @@ const MOST_DEG: f64 = 30.0;
 const MOST_S: f64 = 20.0;
 /// Number of settings that are tried; those nearest to meeting the demands come first.
 const NEAREST: usize = 3;
-/// Factors by which a missed demand is relaxed in addition, one after the other, until fresh starts meet it.
+/// Additional factors by which a missed demand is relaxed, one after the other, until fresh starts meet it.
 const FURTHER: [f64; 4] = [1.05, 1.15, 1.3, 1.5];
 
 /// Returns the demands, relaxed by as little as possible, under which some of the found settings are confirmed. None if
@@ -53,8 +53,8 @@ pub(super) fn tried(
     Ok(None)
 }
 
-/// Returns by how much a look misses the demands that may be relaxed, as a sum of logarithms; none if it misses another
-/// demand.
+/// Returns by how much the settings of a look miss the demands that may be relaxed, as a sum of logarithms; none if they miss a demand that
+/// may not.
 fn excess(look: &Look) -> Option<f64> {
     let mut sum = 0.0;
     for (demand, margin) in look.margins.all() {
@@ -69,7 +69,7 @@ fn excess(look: &Look) -> Option<f64> {
     Some(sum)
 }
 
-/// Returns demands that a look meets; each missed demand is relaxed by an additional `factor`.
+/// Returns demands that the settings of a look meet. Each missed demand is relaxed by its margin and by an additional `factor`.
 fn relaxed(bench: &Bench<'_>, look: &Look, factor: f64) -> Demands {
     let (mut demands, margins) = (*bench.demands, look.margins);
     let more = |allowed: f64, demand: Demand, margin: f64| {

@@ -1,9 +1,9 @@
 //! Searches for settings with which a method meets the demands.
 //!
-//! The evidence for a pole grows with the square of the current, the precision of the axis with the current itself, and
-//! the movement with a higher power. So the search begins at the largest allowed current and goes down in steps of
-//! about a fifth. Only if that does not suffice, the number of rounds is changed: noise falls with its square root. The
-//! current is set by the length of the pulses, or by the threshold of a comparator that ends them.
+//! The evidence for a pole grows with the square of the current, the precision of the axis with the current itself, and the movement with a
+//! higher power. So the search begins at the largest allowed current and goes down in steps of about a fifth. Only if that does not
+//! suffice, it changes the number of rounds, in each of which a method repeats its pulses: noise falls with the square root of this number.
+//! The current is set by the length of the pulses, or by the threshold of a comparator that ends them.
 
 use standstill_detect::keys::THRESHOLD;
 use standstill_detect::{MethodName, Signature};
@@ -17,7 +17,7 @@ use super::starts::Starts;
 
 /// Number of starts by which settings are judged.
 const LOOK: u64 = 64;
-/// Number of such starts for continuous injection, which takes a hundred times as long.
+/// Number of starts in place of [`LOOK`] for continuous injection, which takes a hundred times as long.
 const SLOW_LOOK: u64 = 12;
 /// Number of starts from which the largest current is measured.
 const PROBE: u64 = 24;
@@ -31,9 +31,9 @@ const VECTORS: [f64; 6] = [1.0, 0.95, 0.85, 0.7, 0.5, 0.3];
 /// Pulse lengths around the best one, as shares of it, that are tried with several numbers of rounds if nothing else
 /// suffices.
 const NEAR: [f64; 4] = [0.92, 0.96, 1.04, 1.08];
-/// Numbers of rounds that are tried with these pulse lengths.
+/// Numbers of rounds that are tried with the pulse lengths of [`NEAR`].
 const NEAR_ROUNDS: [u8; 5] = [3, 4, 6, 9, 16];
-/// Multiples of the voltage or pulses that find the axis, which are tried where starts end without an axis.
+/// Factors that are tried on the voltage of an injection, or on the length of the pulses that find the axis, if starts end without an axis.
 const LOUDER: [f64; 4] = [1.5, 2.0, 3.0, 4.5];
 /// Keys of the detector whose values are searched unless the user sets them. The first three set the current.
 pub(super) const SEARCHED: [&str; 6] =
@@ -56,7 +56,7 @@ pub(super) fn is_slow(method: MethodName) -> bool {
     matches!(method, MethodName::HfiRotating | MethodName::HfiPulsating)
 }
 
-/// Returns the number of starts from which a method's largest current is measured.
+/// Returns the number of starts from which a method's largest current is measured: [`PROBE`], or a quarter of it for a slow method.
 fn probe(method: MethodName) -> u64 {
     if is_slow(method) { PROBE / 4 } else { PROBE }
 }
@@ -80,8 +80,8 @@ struct Strength {
 }
 
 impl Strength {
-    /// Sets the key to a share of its largest value and returns the settings. `largest` is none if the user set the key;
-    /// then the settings do not change.
+    /// Returns the settings with the key at a share of its largest value. `largest` is none if the user set the key; then the settings do
+    /// not change.
     fn set(&self, setting: &Setting, largest: Option<f64>, share: f64) -> Setting {
         let text = |largest: f64| (self.text)(self.dead + (largest - self.dead) * share);
         largest.map_or_else(|| setting.clone(), |largest| setting.with(self.key, &text(largest)))
@@ -100,7 +100,7 @@ impl Bench<'_> {
         if found.looks.is_empty() {
             found.looks.extend(self.look(plain, LOOK)?);
         }
-        // Settings beyond the current are no settings, unless there are no others.
+        // Drop settings that exceed the allowed current, unless there are no others.
         let within = |look: &Look| look.margins.current >= 1.0;
         if found.looks.iter().any(within) {
             found.looks.retain(within);
@@ -109,9 +109,9 @@ impl Bench<'_> {
         Ok(found)
     }
 
-    /// Sets the detector's pole signature. The default is the signature of pulses with half the rated current. If the
-    /// poles do not differ there but do near rated current or at the largest current that is allowed, sets the signature there, because the pulses
-    /// will be that strong.
+    /// Returns the settings with the pole signature that suits their current. By default the detector's signature is that of pulses with
+    /// half the rated current. If the poles do not differ there, the signature near rated current or at the largest allowed current is set
+    /// instead, because the pulses will be that strong.
     pub fn signed(&self, setting: Setting) -> Result<Setting, SuitabilityError> {
         let nameplate = self.scenario(&setting, Rotor::Locked)?.nameplate();
         if nameplate.pulse_signature != Signature::None || self.is_set("signature") || is_slow(setting.method)
@@ -187,14 +187,14 @@ impl Bench<'_> {
         let mut seen = Vec::new();
         for share in shares {
             let Some(look) = self.look(with_share(*share), LOOK)? else { continue };
-            // Shorter pulses move a rotor less, and speak less for a pole: once that is too little, they are not tried.
+            // Shorter pulses give less evidence for the pole: once it is far too small, still shorter ones are not tried.
             let hopeless = look.margins.pole.is_some_and(|pole| pole < 0.15);
             seen.push((*share, look));
             if hopeless {
                 break;
             }
         }
-        // A method that repeats itself until it is content needs no rounds.
+        // An adaptive method chooses its number of rounds itself.
         let at_ease = seen.iter().any(|(_, look)| look.margins.is_easy());
         let mut more = Vec::new();
         if !(at_ease || adaptive || self.is_set("rounds")) {
@@ -255,7 +255,7 @@ impl Bench<'_> {
         for setting in settings {
             found.looks.extend(self.look(setting, trials)?);
         }
-        // How the axis is found: by longer pulses, or by another voltage.
+        // Then vary the settings that find the axis: the length of the pulses, or the voltage.
         let Some(best) = found.looks.iter().max_by(|a, b| a.margins.compare(&b.margins)).cloned() else {
             return Ok(());
         };
@@ -268,8 +268,8 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Returns these settings, if need be with a larger voltage or longer pulses, so that the most starts find the axis. A start that finds none
-    /// ends before its vectors, so it does not show their current.
+    /// Returns the settings with which the most starts find the axis: these ones, or these ones with a larger voltage or longer pulses. A
+    /// start without an axis ends before its vectors, so it does not show their current.
     fn with_axis(&self, plain: &Setting) -> Result<Setting, SuitabilityError> {
         let (mut best, mut fewest) = (plain.clone(), u64::MAX);
         for setting in std::iter::once(plain.clone()).chain(self.of_axis(plain, LOUDER)?) {
@@ -286,8 +286,8 @@ impl Bench<'_> {
         Ok(best)
     }
 
-    /// Returns settings in which the voltage of an injection or the pulses that find the axis are these multiples of the present ones; none if the
-    /// user set them.
+    /// Returns settings in which the voltage of an injection, or the length of the pulses that find the axis, is the present value times
+    /// each factor; none if the user set this value.
     fn of_axis<const N: usize>(
         &self,
         setting: &Setting,
@@ -336,7 +336,7 @@ impl Bench<'_> {
             if (0.975..=0.993).contains(&(peak / self.most_current)) {
                 break;
             }
-            // The link drives no more through the resistance, or the pulse can be no longer.
+            // The link drives no more current through the resistance, or the pulse has its largest length.
             let saturated =
                 before.is_some_and(|(earlier, less): (f64, f64)| value > 1.3 * earlier && peak < 1.1 * less);
             if peak < wanted && (saturated || value >= limits[1]) {

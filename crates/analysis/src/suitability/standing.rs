@@ -1,9 +1,9 @@
-//! A scenario whose rotor stands, which is what a check judges.
+//! Leaves out the rotor's speed of a scenario, because a check judges a rotor that stands.
 
 use standstill_scenario::Document;
 
-/// Returns the document without the motion of the rotor that its file sets, and the speed in words. None if the file sets no speed, or if overrides ask
-/// for a rotor that may turn: a check judges a rotor that stands, locked and free.
+/// Returns the document without the rotor's speed and acceleration that its file sets, and this speed as written. None if the file sets no
+/// speed, or if overrides ask for a rotor that may turn: a check judges a rotor that stands, locked and free.
 pub fn standing(document: &Document) -> Option<(Document, String)> {
     let speed = document.get("rotor.speed").filter(|_| document.origin("rotor.speed").is_none())?;
     let speed = speed.as_str().map_or_else(|| speed.to_string(), str::to_owned);

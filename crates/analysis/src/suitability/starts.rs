@@ -22,7 +22,8 @@ pub(super) struct Starts {
     pub failures: BTreeMap<String, u64>,
     /// Number of starts that end because the rotor turns or moves.
     pub turning: u64,
-    /// Errors with sign in degrees of each start with an axis: that of its angle, if it names one, and that of its axis.
+    /// Signed errors in degrees of each start with an axis: of its angle (none without an angle), and of its axis. The error of a sector
+    /// counts from the sector's border.
     misses: Vec<(Option<f64>, f64)>,
     /// Time of the longest detection in s.
     pub longest_s: f64,
@@ -73,8 +74,8 @@ impl Spread {
         }
     }
 
-    /// Returns true if the distribution in few starts does not show how rare wrong poles are, so that they must be
-    /// counted in many starts.
+    /// Returns true if the distribution in few starts does not show how rare wrong poles are, so that wrong poles must be counted in many
+    /// starts.
     pub fn is_counted(self) -> bool {
         self != Self::Normal
     }
@@ -129,13 +130,13 @@ impl Starts {
         self.summary.failed + self.summary.errors
     }
 
-    /// Returns this number of starts as a share of all.
+    /// Returns a number of starts as a share of all starts.
     pub fn share(&self, starts: u64) -> f64 {
         starts as f64 / self.summary.trials as f64
     }
 
-    /// Returns the number of starts that are answered with an error of more than this in degrees. An axis alone is an answer where poles are
-    /// not judged (`has_pole`).
+    /// Returns the number of starts with an answer whose error exceeds `most_deg` degrees. If poles are not judged (`has_pole` is false),
+    /// an axis alone is an answer.
     pub fn wrong(&self, most_deg: f64, has_pole: bool) -> u64 {
         let misses =
             self.misses.iter().filter_map(|(angle, axis)| if has_pole { *angle } else { Some(*axis) });
@@ -154,10 +155,10 @@ impl Starts {
         counted.join(", ")
     }
 
-    /// Returns the first percentile of the pole evidence, relative to the evidence that a decision needs. From few
-    /// starts it is estimated by mean and standard deviation. If the evidence depends on the angle, it is estimated
-    /// from the lower tail: the first percentile of a normal distribution is `q5 − 0.70 (q25 − q5)`, with its 5th and
-    /// 25th percentile, but it lies no further below the lowest start than that lies below the 5th percentile.
+    /// Returns the first percentile of the pole evidence, relative to the evidence that a decision needs. From few starts it is estimated
+    /// by mean and standard deviation. If the evidence depends on the angle, it is estimated from the lower tail as `q5 − 0.70 (q25 − q5)`,
+    /// the first percentile of a normal distribution with this 5th and 25th percentile. This estimate is at most as far below the lowest
+    /// start as the lowest start is below the 5th percentile.
     pub fn least_evidence(&self) -> f64 {
         let n = self.evidence.len() as f64;
         if n < 2.0 {
@@ -188,8 +189,7 @@ impl Starts {
         low + (high - low) * (place - below as f64)
     }
 
-    /// Returns mean and standard deviation of the evidence. The deviation is not taken smaller than that of the lower
-    /// half of the starts.
+    /// Returns mean and standard deviation of the evidence. The deviation is at least that of the starts below the mean.
     fn moments(&self) -> (f64, f64) {
         let n = self.evidence.len() as f64;
         let mean = self.evidence.iter().sum::<f64>() / n;
@@ -212,7 +212,7 @@ impl Starts {
         }
         let (mean, deviation) = self.moments();
         let lowest = self.evidence.first().copied().unwrap_or(0.0);
-        // As many deviations as a normal distribution's least of n is below its mean, and two more.
+        // The least of n normal numbers is about √(2 ln n) deviations below the mean; two more are allowed.
         let expected = (2.0 * standstill_numeric::ln(n)).sqrt() + 2.0;
         let deviation = deviation.max((mean - lowest) / expected);
         let mean = mean - 1.645 * deviation / n.sqrt();
@@ -220,7 +220,7 @@ impl Starts {
         if away <= 1.0 {
             return counted;
         }
-        // The normal tail's upper bound.
+        // An upper bound of the normal distribution's tail.
         let tail = standstill_numeric::exp(-0.5 * away * away) / (away * std::f64::consts::TAU.sqrt());
         tail.min(counted)
     }
@@ -239,7 +239,7 @@ impl Starts {
             let why = format!(": {}", self.failures_in_words());
             object("answers", failed as f64, format!("{failed} of {all} without an angle"), why);
         }
-        // Of the few that have an axis where most have none, the error says nothing.
+        // If many starts have no axis, the error of the others shows nothing.
         if is_answered && summary.p95_deg.value > demands.error_deg {
             let beyond = if summary.sectors.is_some() { " beyond their sectors" } else { "" };
             let p95 = summary.p95_deg;
@@ -282,9 +282,9 @@ const MOVEMENT: &str = "movement";
 struct Objection {
     /// Subject of the objection.
     about: &'static str,
-    /// Amount by which the demand is missed; objections with the same subject are compared by it.
+    /// The value that misses the demand, by which objections with the same subject are compared.
     excess: f64,
-    /// Text before the state of the rotor; the text after the state is in `after`.
+    /// Text before the state of the rotor; `after` has the text after it.
     before: String,
     rotor: Rotor,
     after: String,
@@ -333,6 +333,6 @@ fn towards_north(record: &Record) -> Option<f64> {
     record.axis_deg()?;
     let (wrong, needed) = evidence(&outcome, record.run.end_angle)?;
     let share = -wrong / needed;
-    // Evidence without bound is enough.
+    // More than a hundred times the needed evidence counts as a hundred times.
     Some(if share.is_nan() { 0.0 } else { share.clamp(-100.0, 100.0) })
 }

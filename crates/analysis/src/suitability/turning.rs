@@ -1,5 +1,5 @@
-//! Speeds of a rotor that turns: up to which a method's errors are within what is demanded, from which on it notices the
-//! rotor, and at which its answers are wrong unnoticed.
+//! Tries a method on a rotor that turns at constant speed. The results are the speed up to which the errors are within the demand, the
+//! speed from which on the method notices that the rotor turns, and the speeds at which wrong answers go unnoticed.
 
 use serde::Serialize;
 use standstill_detect::{Check, Checks, Method, Settings as _, Value, keys};
@@ -10,24 +10,24 @@ use super::bench::{Bench, SEARCH, Setting};
 use super::starts::{Starts, Stopped};
 use super::{Candidate, SuitabilityError};
 
-/// Speeds of the shaft, in rpm, that matter to a start of a rotor that turns.
+/// Limits of the shaft's speed, in rpm, for a start while the rotor turns.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TurningSpeeds {
-    /// True if the method looks whether the rotor turns.
+    /// True if the method checks for a rotor that turns and the motor has a magnet, without which the check sees nothing.
     pub is_checked: bool,
-    /// Speed from which on 95 of 100 starts say that the rotor turns or moves; none if fewer do up to the highest speed.
+    /// Speed from which on at least 95 of 100 starts end because the rotor turns or moves; none if fewer do at all tried speeds.
     pub notices_rpm: Option<f64>,
-    /// Speed up to which, in both directions, 95 of 100 axis errors are within what is demanded, where the method does not look whether the
-    /// rotor turns; none if they are up to the highest speed.
+    /// Speed up to which, in both directions, 95 of 100 axis errors are within the demand if the method's check for a rotor that turns is
+    /// off; none if they are within the demand at all tried speeds.
     pub within_rpm: Option<f64>,
-    /// True if no start has an axis beyond `within_rpm`, so that there is no error either.
+    /// True if no start has an axis at the next tried speed above `within_rpm`, so that no error exceeds the demand there either.
     pub is_silent: bool,
-    /// Speeds between which, in at least one direction, more than 5 of 100 starts are answered with an error beyond what is
-    /// demanded, with the method's own checks; `None` if no tried speed is such a speed. The upper speed is `None` if the highest tried speed is one, too. A
-    /// start without an angle, or without the pole where the motor has known ones, is no answer.
+    /// Speeds between which wrong answers go unnoticed: with the method's own checks, in at least one direction, more than 5 of 100 starts
+    /// have an answer whose error exceeds the demand. `None` if there is no such speed among those tried; the upper speed is `None` if the
+    /// highest tried speed is one, too. A start without an angle, or without the pole if poles are judged, is no answer.
     pub unnoticed_rpm: Option<(f64, Option<f64>)>,
-    /// Smallest share of starts with an axis at a speed up to `within_rpm`, where the method does not look. The percentile is of the starts
-    /// that have one.
+    /// Smallest share of starts with an axis at any tried speed up to `within_rpm`, with the check for a rotor that turns off. The 95 of
+    /// 100 errors are those of starts with an axis.
     pub answered: f64,
     /// Highest speed that was tried.
     pub highest_rpm: f64,
@@ -36,27 +36,27 @@ pub struct TurningSpeeds {
 }
 
 impl TurningSpeeds {
-    /// Returns true if the method notices a rotor that turns, or has no answer, before its error exceeds what is demanded.
+    /// Returns true if at no tried speed wrong answers go unnoticed.
     pub fn notices_in_time(&self) -> bool {
         self.unnoticed_rpm.is_none()
     }
 }
 
-/// Number of starts in each direction.
+/// Number of starts at each speed in each direction.
 const EACH_WAY: u64 = 32;
-/// Share of starts that must say that the rotor turns, and of errors that must be within the demand.
+/// Share of starts that must notice that the rotor turns, and of errors that must be within the demand.
 const NOTICED: f64 = 0.95;
-/// Highest speed that is tried, as a multiple of that at which the rotor turns by the demanded error within a detection. On average a method
-/// sees the angle in the middle of its detection, so its error exceeds the demand at about twice that speed.
+/// Highest speed that is tried, as a multiple of the speed at which the rotor turns by the demanded error within a detection. On average a
+/// method sees the angle in the middle of its detection, so its error exceeds the demand at about twice that speed.
 const HIGHEST: f64 = 32.0;
-/// Number of halvings of that speed down to the first that is tried.
+/// Number of halvings from the highest speed that is tried to the lowest.
 const HALVINGS: u32 = 10;
-/// Number of steps in which an edge is narrowed from a factor of two: to one of 2^(1/8), which is 9 %.
+/// Number of bisections that narrow an edge from a factor of 2 to a factor of 2^(1/8), which is 9 %.
 const STEPS: u32 = 3;
 
 impl Bench<'_> {
-    /// Measures the speeds of a candidate. None where no state of the rotor that is judged lets it turn, where the method turns it itself, and
-    /// where no work is left.
+    /// Measures the speeds of a candidate. None if no judged state of the rotor lets it turn, if the method itself turns the rotor, or if
+    /// no work is left.
     pub fn turning(&self, candidate: &Candidate) -> Result<Option<TurningSpeeds>, SuitabilityError> {
         let may_turn = self.rotors.iter().any(|rotor| matches!(rotor, Rotor::Free | Rotor::Driven));
         let seconds = candidate.free.mean_duration_s.max(candidate.locked.mean_duration_s);
@@ -86,7 +86,7 @@ impl Bench<'_> {
         let noticed = |starts: &Starts| starts.share(starts.turning) >= NOTICED;
         let notices = edge(highest_rpm, &mut |rpm| own.both_ways(rpm, noticed))?;
         let notices_rpm = notices.map(|[_, noticed]| noticed);
-        // Without a magnet nothing is induced that shows it.
+        // Without a magnet no voltage is induced that shows that the rotor turns.
         let is_checked = self.motor.has_magnet() && checks.has(Check::Turning);
         let mut unchecked = Course { bench: self, scenario, seen: Vec::new() };
         if is_checked {
@@ -94,7 +94,7 @@ impl Bench<'_> {
         } else {
             unchecked.seen.clone_from(&own.seen);
         }
-        // Not a number: no start has an axis.
+        // False if no start has an axis, because the percentile is not a number then.
         let is_within = |starts: &Starts| starts.summary.p95_deg.value <= demanded;
         let exceeds =
             edge(highest_rpm, &mut |rpm| unchecked.both_ways(rpm, is_within).map(|within| !within))?;
@@ -127,8 +127,9 @@ impl Bench<'_> {
     }
 }
 
-/// Returns the speeds between which starts mislead: from the last tried one at which they do not, to the next tried one at which they no longer
-/// do, or at which the rotor is noticed. Errors are within the demand up to the first speed of `exceeds`, and not at the second.
+/// Returns the speeds between which starts mislead: from the last tried speed at which they do not, to the next tried speed at which they
+/// no longer do, or at which the method notices the rotor. `exceeds`: the last speed in rpm at which errors are within the demand, and the
+/// next one, at which they are not; `notices`: the speed at which the method notices the rotor.
 fn unnoticed(
     exceeds: [f64; 2],
     notices: f64,
@@ -149,7 +150,7 @@ fn unnoticed(
     Ok(from.map(|from| (from, (notices <= highest).then_some(notices))))
 }
 
-/// A question to starts at a speed in rpm.
+/// Returns true if the starts at a speed in rpm show the effect whose limit is searched for.
 type Shows<'a> = dyn FnMut(f64) -> Result<bool, Stopped> + 'a;
 
 /// Starts of one scenario at the speeds that were tried.
@@ -161,7 +162,7 @@ struct Course<'a> {
 }
 
 impl Course<'_> {
-    /// Returns whether starts in both directions show something.
+    /// Returns true if the starts at this speed satisfy `shows` in both directions. Starts that were not run yet are run.
     fn both_ways(&mut self, rpm: f64, shows: impl Fn(&Starts) -> bool) -> Result<bool, Stopped> {
         for rpm in [rpm, -rpm] {
             let known = self.seen.iter().find(|(known, _)| *known == rpm).map(|(_, starts)| shows(starts));
@@ -187,8 +188,8 @@ fn doublings(highest: f64) -> impl Iterator<Item = f64> {
     (0..=HALVINGS).rev().map(move |halvings| highest / f64::from(1_u32 << halvings))
 }
 
-/// Returns the least speed in rpm at which something shows, and the speed 9 % below, at which it does not; none if it does not show up to the
-/// highest.
+/// Returns two speeds in rpm that are 9 % apart: the effect shows at the upper one and not at the lower one. None if it shows at none of
+/// the speeds that are tried first.
 fn edge(highest: f64, shows: &mut Shows<'_>) -> Result<Option<[f64; 2]>, Stopped> {
     for found in doublings(highest) {
         if !shows(found)? {

@@ -10,22 +10,22 @@ use standstill_numeric::whole;
 use standstill_odds::subset::Effort;
 use standstill_sim::Work;
 
-/// Number of segments and events that take as long as one evaluation of the equations. On the paper's motor a start of
-/// `bipolar` has 473 evaluations and 372 segments and events and takes 162 µs; of `line-inductance-fast` 273, 125 and
-/// 90 µs; of rotating injection 10,315, 3,008 and 3.1 ms; of maximum likelihood 828, 1,123 and 420 µs (`standstill run
-/// paper-5k5 -s detector.method=M --trials 4000`, processor time on a busy machine).
+/// Number of segments and events that take as long as one evaluation of the equations. Evaluations, segments and events, and time of a
+/// start on the paper's motor: `bipolar` 473, 372, 162 µs; `line-inductance-fast` 273, 125, 90 µs; rotating injection 10,315, 3,008, 3.1
+/// ms; maximum likelihood 828, 1,123, 420 µs (`standstill run paper-5k5 -s detector.method=M --trials 4000`, processor time on a busy
+/// machine).
 const PER_EVALUATION: u64 = 3;
 
-/// Number of evaluations without terminal capacitances that take as long as one evaluation with them, as in the error
-/// set `field`. On a gimbal's motor an evaluation with them took 1.0 to 1.2 µs in searches and confirmations of a check, one without them
-/// 0.31 µs (`standstill check gimbal-2804.toml -s errors=field`, processor time).
+/// Number of evaluations without terminal capacitances that take as long as one evaluation with capacitances, as in the error set `field`.
+/// On a gimbal's motor an evaluation with capacitances took 1.0 to 1.2 µs in searches and confirmations of a check, an evaluation without
+/// them 0.31 µs (`standstill check gimbal-2804.toml -s errors=field`, processor time).
 const OF_TERMINALS: u64 = 4;
 
 /// Work of [`Effort::Normal`]: about a minute at 0.33 µs per evaluation.
 const NORMAL: u64 = 180_000_000;
 
-/// Returns the largest work of a check with this effort, in evaluations of the machine's equations. A normal check
-/// takes about a minute of processor time, a quick one a quarter, one of high effort sixteen times as much.
+/// Returns the largest work of a check with this effort, in evaluations of the machine's equations. A normal check takes about a minute of
+/// processor time, a quick one a quarter of that, one of high effort sixteen times as much.
 pub const fn most(effort: Effort) -> u64 {
     match effort {
         Effort::Quick => NORMAL / 4,
@@ -69,7 +69,7 @@ impl Allowance {
         self.has(0)
     }
 
-    /// Returns true if this much work is left. If not, records that a part of the check is cut.
+    /// Returns true if more than this much work is left. If not, records that the present part of the check is cut.
     pub fn has(&self, work: u64) -> bool {
         let has = work < self.left();
         if !has {
