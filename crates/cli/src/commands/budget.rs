@@ -32,7 +32,7 @@ impl Part {
         Self { source: source.to_owned(), rms, share, total }
     }
 
-    /// Returns the cells of the table. Each number has its interval and as many digits as the interval supports.
+    /// Returns the cells of this contribution in the table. Each number has its interval and as many digits as the interval supports.
     fn cells(&self) -> Vec<String> {
         let cell =
             |factor: f64, of: Option<Estimate>| of.unwrap_or(Estimate::UNKNOWN).times(factor).to_string();

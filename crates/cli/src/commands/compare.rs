@@ -1,4 +1,4 @@
-//! `standstill compare`: all methods on one motor.
+//! `standstill compare`: all methods on one motor, with errors, wrong poles, time, current and Cramér–Rao limit of each.
 
 mod cache;
 mod cells;
@@ -154,7 +154,8 @@ fn reasons(entry: &Entry) -> String {
     all.join("; ")
 }
 
-/// Runs the cells one after the other until all are done or the user interrupts.
+/// Runs the trials of the cells (rows of the comparison), one cell after the other, until all are done or the user interrupts. `limits`:
+/// true to compute Cramér–Rao limits, too.
 fn entries(cells: &[Cell], limits: bool, threads: Option<usize>) -> Result<Vec<Entry>, Error> {
     let stop = interrupt::flag();
     let bar = progress::bar(cells.iter().map(|cell| cell.trials).sum());

@@ -26,7 +26,7 @@ use crate::shell::output::Output;
 use crate::shell::progress::Watched;
 use crate::shell::setup::{self, Setup};
 
-/// A repeated trial, with its causes and its waveforms.
+/// A trial that was run again, with its waveforms, and with the effect of each of its errors (*causes*).
 struct Repeated {
     chosen: Chosen,
     single: Single,

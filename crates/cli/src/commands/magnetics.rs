@@ -103,7 +103,7 @@ impl Subject {
     }
 }
 
-/// Returns the largest current in A that a map covers in all four directions.
+/// Returns the largest current in A that a map covers along +d, −d, +q and −q, from its ranges of i_d and i_q.
 fn covered([[d_low, d_high], [q_low, q_high]]: [[f64; 2]; 2]) -> f64 {
     (-d_low).min(d_high).min(-q_low).min(q_high)
 }

@@ -204,8 +204,8 @@ impl Watch for Listening<'_> {
     }
 }
 
-/// Returns the probability known so far as text. Once a run has reached the event, it is that of the event; before, it is an upper limit
-/// from the levels reached.
+/// Returns the probability known so far as text: the probability of the event once a run has reached it, before that an upper limit from
+/// the levels reached.
 fn known(so_far: &SoFar) -> Option<String> {
     let reached = so_far.runs.iter().filter(|(end, _)| *end == End::Reached);
     let sum: f64 = reached.clone().map(|(_, found)| found).sum();

@@ -1,4 +1,4 @@
-//! `standstill reproduce`: the paper's tables and figures, audited and simulated.
+//! `standstill reproduce`: the tables and figures of the paper by Chen and Tao (2019), audited and simulated.
 
 mod tables;
 

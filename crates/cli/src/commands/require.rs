@@ -196,8 +196,8 @@ const fn side(side: Side) -> &'static str {
     }
 }
 
-/// Returns the reasons why an edge is one, as texts for the JSON: the limits that fail beyond it, starts without an answer, or values that
-/// are refused.
+/// Returns the causes of an edge as texts for the JSON: limits that fail beyond the edge, starts without an answer, or values that are
+/// refused.
 fn bound(limits: &Limits, bound: &Bound) -> Vec<String> {
     match bound {
         Bound::Limits(numbers) => {

@@ -117,7 +117,7 @@ impl Checked<'_> {
     }
 }
 
-/// Formats a share in per cent.
+/// Formats a value that is already in per cent.
 fn percent(share: f64) -> String {
     format!("{} %", standstill_quantity::rounded(share, 2))
 }
@@ -153,7 +153,7 @@ fn untried(asked: &Checked<'_>) -> Option<String> {
         .then(|| format!("Not tried, as the work of --effort {effort} was done: {}.", untried.join("; ")))
 }
 
-/// Formats a small share.
+/// Formats a share between 0 and 1, in per cent unless it is below 1e-4.
 fn share(value: f64) -> String {
     match value {
         v if v < 1e-9 => "one in a billion".to_owned(),

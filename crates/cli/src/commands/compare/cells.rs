@@ -44,7 +44,7 @@ fn document(options: &Compare) -> Result<Document, Error> {
     scenario::document(&options.source, Shipped::Empty, shorthands)
 }
 
-/// A document for the comparison, with its motor and seed.
+/// A comparison before its trials have run: scenario document, motor, seed, and the cells (rows) to run.
 pub struct Comparison {
     document: Document,
     pub motor: Motor,

@@ -26,8 +26,8 @@ const SCORE: &str = "drawn: in standard deviations; of a uniform draw the normal
 /// Footnote of the table of causes, for scenarios with a converter that rounds.
 const ROUNDED: &str = " its part: mean and 95 % interval over 16 places of the converter's codes; within rounding: zero lies in that interval, and what the trial does then is the converter's.";
 
-/// Formats the effect of an error in degrees. If it has an interval, half its width follows, and sets the number of decimals: at most
-/// three, unless more are needed to show that half width.
+/// Formats the effect of an error in degrees, followed by half the width of its interval if there is one. Shows at most three decimals, or
+/// more if half the width would be shown as zero.
 fn part(part: &Estimate) -> String {
     let half = part.high - part.value;
     // Three decimals suffice, unless they would show a small value as zero.

@@ -28,7 +28,8 @@ pub struct Weighted {
 }
 
 impl Rates {
-    /// Reads a file of lines `mode = rate`.
+    /// Reads a TOML file of lines `mode = rate`. Fails if a mode is not known, a rate is not a number from zero on, or no rate is above
+    /// zero.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text = standstill_files::read_text(path).map_err(|error| Error::Read(path.to_owned(), error))?;
         let document = Document::parse(path, &text)?;

@@ -1,4 +1,4 @@
-//! Text of a qualification about each requirement.
+//! Text on each requirement of a qualification.
 
 use std::path::Path;
 
@@ -20,11 +20,11 @@ pub struct Words<'a> {
     pub question: &'a Question,
     /// Path of the file of requirements.
     pub requirements: &'a Path,
-    /// Witnesses (computations with known results) that do not hold on this machine. If there are any, no requirement is passed.
+    /// Witnesses (computations with known results) that do not hold on this machine. If there are any, the qualification fails.
     pub silent: Vec<&'a Witness>,
 }
 
-/// Describes the settings of a case in words.
+/// Describes a case in words: the keys that it sets in the scenario, and its fault.
 pub fn case(case: &Case) -> String {
     let text = |value: &toml::Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
     let settings = case.settings.iter().map(|(key, value)| format!("{key}={}", text(value)));
@@ -70,13 +70,13 @@ fn law_shares_keep_three_digits_at_both_ends_and_no_bound_is_rounded_to_the_whol
     }
 }
 
-/// Formats an rms in degrees with three digits.
+/// Formats an rms error in degrees with three digits.
 fn degrees(value: f64) -> String {
     let decimals = magnitude(value).map_or(0, |power| usize::try_from(2 - power).unwrap_or(0).min(6));
     format!("{value:.decimals$}°")
 }
 
-/// Describes the results of a claim, with their interval, in words.
+/// Describes in words the results of a claim (the limit of a requirement in one case), with their interval.
 fn shown(of: &Case, claim: &Claim) -> String {
     let seen = &claim.seen;
     let [cases, starts] = claim.counts();

@@ -26,7 +26,7 @@ pub enum Needs {
     Angle,
 }
 
-/// Plain starts of a question, of which some may have no answer.
+/// Counts of the plain starts (trials of the scenario as it is) with and without an answer.
 #[derive(Clone, Debug)]
 pub struct Silence {
     pub answers: Answers,

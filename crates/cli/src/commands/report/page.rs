@@ -1,4 +1,4 @@
-//! The answer of `report`: a finished run.
+//! The answer of `report` on a single finished run.
 
 use std::path::Path;
 

@@ -1,8 +1,8 @@
 //! `standstill report A B`: two finished runs side by side.
 //!
-//! A trial's angle, drive and sensors depend only on the seed and its number. Two runs with the same seed are therefore
-//! compared trial by trial, at their common points and over their common trials; errors are compared if both runs found
-//! an axis. The effects of the common random numbers cancel.
+//! A trial's angle, drive and sensors depend only on the seed and its number. Two runs with the same seed are therefore compared trial by
+//! trial, at their common points and over their common trials; errors are compared if both runs found an axis. Random effects that both
+//! runs have in common cancel in the differences.
 
 mod difference;
 mod judged;

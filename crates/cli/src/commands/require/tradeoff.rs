@@ -1,4 +1,4 @@
-//! The trade-off curve of two keys.
+//! The trade-off curve of two keys: for each value of the first key, the values of the second key with which the limits hold.
 
 use serde_json::json;
 use standstill_analysis::bracket::Search;
@@ -16,7 +16,7 @@ use crate::shell::Report;
 use crate::shell::command_line::set;
 use crate::shell::values::{shown, shown_interval};
 
-/// Number of values of the first key.
+/// Number of values of the first key, and so of points on the curve.
 const VALUES: usize = 9;
 /// Relative width of the second key's interval, which may be larger than for a single answer.
 const WIDTH: f64 = 0.1;

@@ -69,7 +69,7 @@ const fn end_of(side: Side) -> &'static str {
     }
 }
 
-/// Returns the phrase on the reason why an edge is one, such as the limits that fail beyond it.
+/// Returns the phrase on the causes of an edge, such as the limits that fail beyond it.
 fn binding(limits: &Limits, edge: &Edge) -> String {
     let beyond = match edge.side {
         Side::Largest => "above",

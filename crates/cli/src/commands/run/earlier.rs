@@ -33,8 +33,8 @@ pub struct Found {
 }
 
 impl Found {
-    /// Finds the rows and statistics in a folder that belong to this run with fewer trials. If a journal of such a run
-    /// has the name of the new journal, the old one is renamed.
+    /// Finds the rows and statistics in a folder that come from a run of the same scenario with fewer trials. If the journal of such a run
+    /// has the name of the new journal, the old journal is renamed.
     pub fn of(folder: &Path, identity: &Identity) -> Result<Self, Error> {
         let mut found = Self::default();
         let journal = folder.join(identity.shard.file_name());

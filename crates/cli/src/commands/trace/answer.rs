@@ -23,7 +23,7 @@ pub struct Traced<'a> {
     pub file: &'a ScenarioFile,
     pub identity: &'a Identity,
     pub record: &'a Record,
-    /// The trial, repeated with the energy ledger.
+    /// The run of the same trial with its energy balance (ledger) and its numerical work.
     pub watched: &'a Run<f64>,
     pub verified: Option<&'a NumericalError>,
 }

@@ -63,7 +63,7 @@ fn is_a_list(key: &str) -> bool {
     key.starts_with("axes.") || of_fault || key == "detector.checks"
 }
 
-/// Formats a value for people; the prefix micro becomes µ.
+/// Formats a value with its unit for tables and figures; the prefix `u` becomes µ.
 fn shown(value: &str) -> String {
     let (digits, unit) = value
         .split_at(value.find(|c: char| !c.is_ascii_digit() && !".+-eE".contains(c)).unwrap_or(value.len()));
@@ -89,7 +89,7 @@ fn list(text: &str) -> Option<Vec<String>> {
     Some(members.filter(|member| !member.is_empty()).collect())
 }
 
-/// Refuses settings that cannot be shown side by side.
+/// Refuses settings that cannot be drawn in one figure: too many, equal ones, or options that need a single setting.
 fn check(options: &Options, settings: &[Setting]) -> Result<(), Error> {
     if settings.len() > MOST {
         return Err(Error::Arguments(format!(

@@ -13,7 +13,7 @@ use standstill_table::{Cell, Column, Format, Kind, Writer};
 
 use crate::answer::TableFile;
 
-/// Ratio of the referee's tolerance to the usual one.
+/// Ratio of the referee's tolerance to the tolerance of the usual run.
 const TIGHTER: f64 = 1e-3;
 
 /// The numerical error of a run, and the quantities compared to which the error must be small.

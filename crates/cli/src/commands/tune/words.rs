@@ -32,14 +32,14 @@ fn with_unit(measure: Measure, estimate: &Estimate) -> String {
     format!("{}{gap}{}", interval(estimate, &scale), scale.unit)
 }
 
-/// Formats measures in a line.
+/// Formats measures with their intervals and units in one line, separated by semicolons.
 pub fn measures(all: &[(Measure, Estimate)]) -> String {
     let one =
         |(measure, estimate): &(Measure, Estimate)| format!("{measure} {}", with_unit(*measure, estimate));
     all.iter().map(one).collect::<Vec<_>>().join("; ")
 }
 
-/// Formats settings in a line.
+/// Formats settings as `key = value` in one line, separated by commas.
 pub fn settings(asked: &Asked<'_>, values: &[f64]) -> String {
     let pairs = asked.ranges.iter().zip(values);
     pairs

@@ -49,7 +49,8 @@ pub fn figure(rows: &[Compared], points: &[Common], names: &[String; 2], conditi
             rms.iter().enumerate().filter(|(_, row)| row.apart.high.is_finite()).map(bar),
         ))
         .with(Layer::level("", 0.0));
-    // A panel without numbers is left out. Panels always remain: the rates for a single point, the rms errors for several points.
+    // A panel without numbers is left out. One panel always remains: that of the rates for a single point, that of the rms errors for
+    // several points.
     let mut panels = Vec::new();
     if !single || rms.iter().any(|row| row.of.iter().any(|of| of.value.is_finite())) {
         panels.push(upper);
