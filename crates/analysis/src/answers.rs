@@ -12,9 +12,8 @@ use crate::{Halt, Watch};
 /// Number of starts that a thread runs at a time.
 const AT_ONCE: u64 = 64;
 
-/// Numbers of starts with and without an answer, from the trials that `standstill run` runs with the scenario's seed. They stand beside a
-/// probability, an error or a requirement, because a method that never names a pole never names a wrong one either.
-///
+/// Numbers of starts with and without an answer, from the trials that `standstill run` runs with the scenario's seed. A probability, an
+/// error or a requirement is reported with these numbers, because a method that never names a pole never names a wrong one either.
 /// ```
 /// use std::path::Path;
 /// use std::sync::atomic::AtomicBool;

@@ -88,8 +88,8 @@ pub struct Bounds<'a, S> {
     pub counted: Counted,
     /// Interval between the samples of [`Bound::all_deg`], about 1 kB of memory a sample; none: bounds from all samples are not computed.
     pub interval: Option<Nanos>,
-    /// Number of the trial whose noise is added when the detector's commands are recorded; none: no noise. A method that continues until
-    /// its readings are certain enough stops too early without noise, and the bound would not be that of its trials.
+    /// Number of the trial whose noise is added when the detector's commands are recorded; none: no noise. A method that repeats until its
+    /// readings are certain enough needs noise here: without noise it stops earlier than in its trials.
     pub noise: Option<u64>,
     /// Factor on the default steps of the difference quotients; 1 for the default steps.
     pub step: f64,
@@ -105,8 +105,8 @@ pub struct Bound {
     pub scheme_deg: f64,
     /// Bound from samples at every [`Bounds::interval`] during the same commands. None without an interval.
     pub all_deg: Option<f64>,
-    /// Like `scheme_deg`, for a specimen whose gains, offsets and delays are known only within the tolerances of drive and
-    /// sensors. None for sensors without noise: the information of the readings and that of the priors have no common scale then.
+    /// Like `scheme_deg`, for a specimen whose gains, offsets and delays are known only within the tolerances of drive and sensors. None
+    /// for sensors without noise, whose infinite information cannot be added to that of the tolerances.
     pub hybrid_deg: Option<f64>,
     /// Like `all_deg`, for a specimen whose gains, offsets and delays are known only within tolerances.
     pub hybrid_all_deg: Option<f64>,

@@ -1,4 +1,4 @@
-//! Finds the range of a value over which limits hold, from uncertain judgements.
+//! Finds the values of a key with which limits hold. Whether they hold at one value is judged from trials, and so is uncertain.
 //!
 //! ```text
 //!   scan the range ─► where does it hold? ─► each end of the stretch: ─► the value; where it surely holds, and where possibly ─► interval

@@ -69,7 +69,7 @@ pub struct Own {
     pub alone_deg: Estimate,
     /// Rms in degrees of the rest of the error: the error minus its mean at each angle.
     pub without_deg: Estimate,
-    /// Share of the mean square error.
+    /// The method's own error as a share of the mean square error.
     pub share: Estimate,
 }
 

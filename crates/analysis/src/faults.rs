@@ -85,8 +85,8 @@ fn reason(record: &Record) -> String {
     }
 }
 
-/// Returns the number of starts that show, if none of them has an event, that its probability is at most this share: the
-/// upper end of the one-sided 95 % interval of none in n is 1 − 0.05^(1/n).
+/// Returns the least number n of starts without an event that shows, with 95 % confidence, that the event's probability is at most `most`:
+/// the upper end of the one-sided 95 % interval of none in n is 1 − 0.05^(1/n).
 ///
 /// ```
 /// use standstill_analysis::faults::trials_that_show;

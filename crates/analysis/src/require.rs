@@ -129,7 +129,7 @@ impl<'a> Bench<'a> {
     pub fn new(document: &'a Document, limits: &'a Limits, keys: &[String]) -> Result<Self, FileError> {
         let mut bench = Self { document, limits, keys: Vec::new() };
         for key in keys {
-            // A refused value is reported when it is tried; a key that does not exist, now.
+            // A key that does not exist is reported now, an invalid value when it is tried.
             let whole = is_whole(document, key)?;
             bench.keys.push((key.clone(), whole));
         }
@@ -149,7 +149,7 @@ impl<'a> Bench<'a> {
             document.set_value(key, number(*value, *whole), Origin::CommandLine)?;
         }
         let plan = Plan::new(document)?;
-        // What the detector refuses shows only now.
+        // Settings that the detector refuses show only now.
         plan.scenario(0)?;
         Ok(plan)
     }
@@ -240,7 +240,7 @@ impl<'a> Bench<'a> {
         trials: Range<u64>,
         watch: &dyn Watch,
     ) -> Result<Vec<Vec<f64>>, Halt<FileError>> {
-        // Few trials keep several threads busy too.
+        // Small blocks, so that even few trials keep several threads busy.
         let at_once = (trials.end - trials.start).div_ceil(4).clamp(LEAST_AT_ONCE, AT_ONCE);
         let parts = in_blocks((plan, None), trials, at_once, watch, |records, _| records)?;
         let mut tally = Tally::new(self.limits);
@@ -269,7 +269,7 @@ impl<'a> Bench<'a> {
 
 fn number(value: f64, whole: bool) -> Value {
     if whole {
-        // Settings that are counts.
+        // The setting is a count.
         #[allow(clippy::cast_possible_truncation)]
         let value = value.round() as i64;
         Value::Integer(value)

@@ -182,7 +182,7 @@ mod tests {
             let all = m * m / 2.0 + a * a / 2.0 + b * b + c * c;
             let truth = [all, m * m / 2.0, a * a / 2.0, b * b, 0.0];
             held += found.iter().zip(truth).filter(|(e, truth)| e.low <= *truth && *truth <= e.high).count();
-            // The third source by itself is nothing.
+            // The third source alone has no effect.
             below += u32::from(squares.first[2].value < 0.0);
         }
         assert!(held >= 88, "{held} of 100 intervals hold");

@@ -278,7 +278,7 @@ impl Suitability {
         let tried = candidates.first().map_or_else(|| Setting::plain(methods[0]), |of| of.setting.clone());
         let tried = bench.scenario(&tried, Rotor::Locked)?;
         let motor = bench.motor;
-        // The limit takes as long as a method, so it is left out at one end of a range of saturation for which no settings suffice.
+        // The limit takes as long as a method, so it is left out for a range of saturation in which no settings suffice.
         let is_answer = recommended.is_some() || bench.upper_end.is_none();
         let is_bounded = is_answer && tried.check().is_ok();
         let bounds = Bounds { interval: None, ..Bounds::of_method(&tried) };

@@ -75,7 +75,7 @@ const NEEDED: f64 = 4.5;
 impl Effort {
     /// Returns the number of trials per setting in the close descents.
     fn fine(last: u64) -> u64 {
-        // Of fewer trials, the bad end of a 99th percentile is unknown.
+        // With fewer trials, the upper end of a 99th percentile's interval is unknown.
         (last / 8).max(600)
     }
 

@@ -1,8 +1,8 @@
 //! Witnesses: checks against closed forms, conservation laws and stored results, computed by this program on the
 //! present machine.
 //!
-//! Each witness compares a figure that is known independently, or was stored earlier, with the figure computed now. They are the part of
-//! `docs/validation.md` that needs no other program; the test suite asserts the same figures with more cases.
+//! Each witness compares a figure that is known independently, or was stored earlier, with the figure computed now. The witnesses are the
+//! part of `docs/validation.md` that needs no other program; the test suite asserts the same figures with more cases.
 
 mod chance;
 pub mod forms;

@@ -67,7 +67,7 @@ pub struct Noise {
 fn variance_of(noise: f64, adc: Option<Adc>, conversions: f64) -> f64 {
     let mut variance = noise * noise / conversions;
     if let Some(adc) = adc.filter(|adc| adc.rounds()) {
-        // Equal codes have equal errors: only noise of half a code or more makes those of a mean independent.
+        // Equal codes have equal rounding errors: only noise of at least half a code makes the errors in a mean independent.
         let independent = if noise >= 0.5 * adc.step() { conversions } else { 1.0 };
         variance += adc.step() * adc.step() / 12.0 / independent;
     }

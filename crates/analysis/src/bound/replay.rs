@@ -61,7 +61,7 @@ impl Readings {
         let [a, b, c] = phase.0;
         let [x, y, z] = terminal.0;
         self.value.push([a, b, c, *link_current, x, y, z, time.unwrap_or(0.0)]);
-        // With a shunt in the DC link the current of a phase is the same reading again.
+        // With a shunt in the DC link, a phase current is the same reading as the link's current.
         let own = *link_sensed == Sensed::Hidden;
         let [a, b, c] = reading.sensed.0.map(|sensed| own && is_measured(&sensed));
         let [x, y, z] = reading.terminal_sensed.0.map(|sensed| is_measured(&sensed));

@@ -196,7 +196,7 @@ fn law_more_samples_and_better_sensors_never_raise_the_bound() {
     assert!(two.scheme_deg > base.scheme_deg && two.all_deg > base.all_deg);
     let shunts = with(|s| s.sensors.arrangement = Arrangement::LowSideShunts);
     assert!(shunts.all_deg > base.all_deg);
-    // A common scale of all voltages turns nothing.
+    // A common scale of all voltages does not turn the axis.
     let scaled = with(|s| s.sensors.dc_link.gain_error = 0.1).hybrid_deg.unwrap_or(f64::NAN);
     let scale = scaled / base.hybrid_deg.unwrap_or(f64::NAN);
     assert!((1.0..1.01).contains(&scale), "{scale}");

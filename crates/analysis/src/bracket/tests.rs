@@ -89,7 +89,7 @@ fn law_an_interval_holds_an_edge_that_is_known_for_certain() {
 
 #[test]
 fn analytic_what_holds_between_two_values_has_both_edges_and_what_binds_at_each() {
-    // Too small breaks the first limit, too large the second; the stretch is wide, or narrower than a step of the scan.
+    // Small values break the first limit, large ones the second; the stretch between is wide, or narrower than a step of the scan.
     for (low, high) in [(0.5, 8.0), (0.6, 0.7), (1.02, 1.3)] {
         let (found, _) = judged_by(&SEARCH, |value| vec![low / value, value / high]);
         let found = stretch(found);
@@ -196,6 +196,6 @@ fn law_a_look_is_no_longer_than_it_must_be_and_no_value_is_looked_at_twice() {
     once.sort_unstable();
     once.dedup();
     assert_eq!(once.len(), asked.len());
-    // Far off the scan's look suffices.
+    // Far from the edges the trials of the scan suffice.
     assert!(asked.iter().all(|(value, trials)| *trials == 1000 || (1.0..9.0).contains(value)), "{asked:?}");
 }

@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn analytic_starts_without_an_answer_widen_the_interval_before_one_is_seen() {
-        // Of 1,000 starts with errors of 0.1° none is without an answer: up to 0.368 % may be, which make 5.46°.
+        // All of 1,000 starts have an answer, with errors of 0.1°: up to 0.368 % of starts may have none, which makes an rms of 5.46°.
         let mut values = [0.1, -0.1].repeat(500);
         let none = rms(&values);
         assert!((none.value - 0.1).abs() < 1e-12 && (none.low - 0.1).abs() < 1e-6, "{none:?}");
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn law_intervals_of_rms_cover_what_is_rare() {
-        // 0.3 of a start without an answer is expected in 1,000, then 3, then 30.
+        // In 1,000 starts, 0.3, then 3, then 30 starts without an answer are expected.
         for p in [3e-4, 3e-3, 3e-2] {
             let truth = (p * 8100.0 + (1.0 - p) * 0.04_f64).sqrt();
             let covered = (0..400).filter(|number| {
@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn regress_a_lower_end_of_rms_is_not_zero() {
-        // One error of many makes the mean square: its distance to the mean is more than the mean.
+        // One large error makes most of the mean square: its interval, symmetric about the estimate, would reach below zero.
         let mut values = vec![0.1; 1000];
         values[3] = 60.0;
         let found = rms(&values);

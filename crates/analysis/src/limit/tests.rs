@@ -159,7 +159,7 @@ fn law_starts_without_an_answer_count_against_every_limit() {
 #[test]
 fn analytic_so_many_trials_it_takes_to_see_that_limits_hold() {
     let least = |text: &str| text.parse::<Limits>().expect("limits").least_trials();
-    // None in n leaves 3.689/n open: 1° of rms are made by a share of 1/8100 with 90°.
+    // None in n leaves a share of up to 3.689/n: a share of 1/8100 with 90° makes an rms of 1°.
     assert_eq!(least("rms <= 1 deg"), 29_879);
     assert_eq!(least("wrong_poles <= 0.1 %, rms <= 5 deg"), 3688);
     assert_eq!(least("duration <= 20 ms"), 3);

@@ -42,7 +42,7 @@ struct RequirementTable {
     over: Table,
 }
 
-/// A requirement.
+/// A requirement on the starts, as the file states it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Requirement {
     /// Identifier of the requirement, unique in the list.

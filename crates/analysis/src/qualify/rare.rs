@@ -16,7 +16,7 @@ pub struct Rare {
     pub event: Event,
     /// Probability of the event, with the 95 % interval of `standstill odds`.
     pub probability: Estimate,
-    /// Lower and upper end of the probability's interval, widened to the claim's own probability of error.
+    /// Lower and upper end of the probability's interval at the claim's own probability of error.
     pub ends: [f64; 2],
     /// Number of trials.
     pub trials: u64,

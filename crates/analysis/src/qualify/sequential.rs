@@ -7,15 +7,15 @@
 
 use standstill_numeric::{exp, ln, ln_1p, ln_gamma, whole};
 
-/// Weight of the prior: the number of events that it is worth.
+/// Weight of the beta prior of [`Share`], as a number of events.
 const CASES: f64 = 0.5;
 
 /// A limited probability of an event whose occurrences are counted.
 ///
-/// The bets are a mixture over all probabilities f, weighted by a beta distribution whose mean is the limit: after k
-/// cases in n trials the product for the probability q is B(a + k, b + n − k)/B(a, b)/(q^k (1 − q)^(n−k)). The interval
-/// contains all q for which the product has stayed below 1/α (H. Robbins, "Statistical methods related to the law of
-/// the iterated logarithm", 1970, doi:10.1214/aoms/1177696786).
+/// The bets are a mixture over all alternative probabilities f, weighted by a beta distribution whose mean is the limit: after k cases in n
+/// trials the product of the bets against the probability q is B(a + k, b + n − k)/B(a, b)/(q^k (1 − q)^(n−k)). The interval contains all q
+/// for which the product has stayed below 1/α (H. Robbins, "Statistical methods related to the law of the iterated logarithm", 1970,
+/// doi:10.1214/aoms/1177696786).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Share {
     /// Largest allowed probability, between 0 and 1.
@@ -65,7 +65,7 @@ impl Share {
     }
 }
 
-/// Returns the limit of the values that are still inside, on the way from `from`, which must be inside, to `to`; by bisection.
+/// Returns the border between values that are inside and values that are not, by bisection between `from`, which is inside, and `to`.
 fn edge(from: f64, to: f64, inside: impl Fn(f64) -> bool) -> f64 {
     let (mut within, mut outside) = (from, to);
     for _ in 0..200 {
@@ -79,7 +79,7 @@ fn edge(from: f64, to: f64, inside: impl Fn(f64) -> bool) -> f64 {
     outside
 }
 
-/// Returns the smallest sufficient number of trials, within a thousandth; none if it exceeds 10^15.
+/// Returns the smallest number of trials that is `enough`, to 0.1 %; none if it exceeds 10^15.
 fn first(enough: impl Fn(f64) -> bool) -> Option<u64> {
     const FURTHEST: f64 = 1e15;
     let mut high = 1.0;

@@ -55,7 +55,7 @@ fn law_requirements_are_passed_failed_and_not_shown_and_share_one_error() {
         ),
     );
     let mut found = made(HEAD, &list);
-    // The scenario itself, in which A, B and C are judged by the same trials, and D's four, of which none is the first: their settings are set.
+    // Five cases: the scenario itself, whose trials judge A, B and C, and the four cases of D, which set keys.
     assert_eq!((found.cases.len(), found.count()), (5, 3 + 1 + 4));
     assert!(
         found
@@ -71,7 +71,7 @@ fn law_requirements_are_passed_failed_and_not_shown_and_share_one_error() {
     assert_eq!(claim(2).trials, 1500);
     let needed = claim(2).trials_needed().expect("no wrong pole was seen");
     assert!((5_000_000..20_000_000).contains(&needed), "{needed}");
-    // Each interval is on the side of its limit that the verdict says.
+    // Each interval lies on the side of its limit that the verdict states.
     let [_, low, high] = claim(0).interval();
     assert!(low >= 0.0 && high <= 0.05);
     let [value, low, _] = claim(1).interval();
@@ -97,7 +97,7 @@ fn law_a_requirement_alone_is_judged_as_in_the_list() {
 /// promise: silence-passes-nothing
 #[test]
 fn law_nothing_is_passed_by_failing_to_answer() {
-    // At 50 rpm what the magnet induces leaves all poles open: none is wrong.
+    // At 50 rpm the induced voltage leaves all poles undetermined: none is wrong.
     let turning = "rotor = { state = \"driven\", speed = \"50 rpm\" }\ndetector.method = \"bipolar\"\n";
     let limits = [
         "P(wrong_pole) <= 20 %",
@@ -115,7 +115,7 @@ fn law_nothing_is_passed_by_failing_to_answer() {
     for (limit, verdict) in limits.iter().zip(judged(&mut found, &never())) {
         assert_eq!(verdict, Verdict::Failed, "{limit}");
     }
-    // Of the first the event itself never happens; its guard fails.
+    // The event of the first requirement never happens; its guard fails.
     let claims: Vec<_> = found.claims(0).map(|(_, claim)| (claim.guards, claim.plain)).collect();
     assert_eq!(claims, [(false, Verdict::Passed), (true, Verdict::Failed)]);
 }

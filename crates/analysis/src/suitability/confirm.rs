@@ -93,6 +93,7 @@ pub struct Wanting {
 /// Settings that fresh starts did not confirm.
 #[derive(Debug)]
 pub(super) struct Refused {
+    /// The demands that the starts do not meet, in words.
     pub objections: Vec<String>,
     /// As in [`Candidate::wanting`](super::Candidate::wanting).
     pub wanting: Option<Wanting>,
@@ -108,7 +109,7 @@ impl Refused {
 }
 
 impl Bench<'_> {
-    /// Returns the objections to settings after the sifting starts, before they are confirmed.
+    /// Tries settings on the sifting starts. Returns the demands that these starts do not meet, in words.
     pub fn sifted(&self, setting: &Setting) -> Result<Vec<String>, SuitabilityError> {
         let trials = if is_slow(setting.method) { SLOWLY_SIFTED } else { SIFTED };
         for bench in self.ends() {

@@ -225,7 +225,7 @@ impl Starts {
         tail.min(counted)
     }
 
-    /// Returns the objections to the method, each with its own reason.
+    /// Returns the demands that these starts do not meet, each with its figures.
     fn objections(&self, demands: &Demands, most_current: f64, has_pole: bool) -> Vec<Objection> {
         let mut objections = Vec::new();
         let mut object = |about: &'static str, excess: f64, before: String, after: String| {
@@ -290,8 +290,8 @@ struct Objection {
     after: String,
 }
 
-/// Returns the objections to a method in words, after starts in several states of the rotor. If several states have the
-/// same objection, it has the figures of the worst state.
+/// Returns the demands that starts in several states of the rotor do not meet, in words. A demand that is missed in several states has the
+/// figures of the worst one.
 pub(super) fn objections(
     starts: &[&Starts],
     demands: &Demands,

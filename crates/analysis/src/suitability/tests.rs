@@ -10,7 +10,7 @@ use standstill_sim::{Purpose, Streams};
 use super::condition::rounded_up;
 use super::*;
 
-/// A motor whose pole takes more current than pulses of half the rated one raise: 7 pole pairs, 48 V, 60 A.
+/// A motor whose pole needs more current than pulses of half the rated current reach: 7 pole pairs, 48 V, 60 A.
 fn sheet(saturation: &str, keys: &[(&str, &str)]) -> Document {
     let text = format!(
         "[motor.nameplate]\npole_pairs = 7\nresistance = \"21 mΩ\"\nL_d = \"16 uH\"\nL_q = \"20 uH\"\nmagnet_flux = \"5.2 mWb\"\nrated_current = \"60 A\"\ndc_link = \"48 V\"\n{saturation}\n"
@@ -27,26 +27,26 @@ fn found(document: &Document) -> Suitability {
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// As much work as it takes.
+/// A limit of work that no check reaches.
 const fn unbounded() -> Allowance {
     Allowance::new(u64::MAX)
 }
 
 const BIPOLAR: (&str, &str) = ("detector.method", "bipolar");
 
-/// Pulses both ways on a motor that saturates by 5 %: what is asked about, and the verdict, which takes seconds.
+/// The document of a motor that saturates by 5 %, with the method `bipolar`, and the verdict, which takes seconds.
 static SUITED: LazyLock<(Document, Suitability)> = LazyLock::new(|| {
     let document = sheet("saturation = \"5 %\"", &[BIPOLAR]);
     let suitability = found(&document);
     (document, suitability)
 });
 
-/// Demands that leave it too little current for its pole.
+/// Demands that leave this motor too little current for its pole.
 fn weak() -> Demands {
     Demands { current_a: Some(27.0), ..Demands::default() }
 }
 
-/// The verdict on these.
+/// The verdict with the demands of [`weak`].
 static WEAK: LazyLock<Suitability> = LazyLock::new(|| {
     let document = sheet("saturation = \"5 %\"", &[BIPOLAR]);
     Suitability::of(&document, &weak(), Effort::Normal, |_| {}).unwrap_or_else(|error| panic!("{error}"))
@@ -57,7 +57,7 @@ fn regress_a_motor_that_a_longer_pulse_suits_is_suited() {
     let (document, suitability) = &*SUITED;
     let (candidate, fresh) = suitability.recommended().zip(suitability.confirmed()).expect("suited");
     assert_eq!((suitability.suited(), &suitability.advice), (Suited::Yes, &Vec::new()));
-    // Longer than the 20 µs that suit by themselves, within rated current, and the current is what binds.
+    // The pulse is longer than the default 20 µs and within rated current, and the current is the binding demand.
     let (key, pulse) = &candidate.setting.keys[0];
     let length: f64 = pulse.trim_end_matches(" us").parse().expect("a number");
     assert!(*key == "pulse" && (28.0..=42.0).contains(&length), "{pulse}");
@@ -68,14 +68,14 @@ fn regress_a_motor_that_a_longer_pulse_suits_is_suited() {
     // The document that goes on has these settings.
     let further = suitability.document(document).expect("keys").expect("recommended");
     assert_eq!(further.get("detector.pulse").and_then(|value| value.as_str()), Some(pulse.as_str()));
-    // With half of the current nothing is found, and more current is what helps.
+    // With half of the current no settings are found, and more current helps.
     let weak = &*WEAK;
     assert_eq!(weak.suited(), Suited::No);
     assert!(weak.candidates[0].free.peak_current_a <= 27.0, "{:?}", weak.candidates[0]);
     let helps = |of: &Advice| of.helps.is_some();
     let current = |of: &Advice| of.demands.and_then(|demands| demands.current_a);
     assert!(weak.advice.iter().any(|of| helps(of) && current(of) == Some(54.0)), "{:?}", weak.advice);
-    // Rated current is asked about where less was allowed.
+    // Rated current is tried if less was allowed.
     assert!(weak.advice.iter().any(|of| helps(of) && current(of) == Some(60.0)), "{:?}", weak.advice);
     let bits = weak.advice.iter().find(|of| of.keys == [("sensors.bits", "16".to_owned())]);
     assert!(bits.is_some_and(|of| !helps(of)), "{:?}", weak.advice);
@@ -111,14 +111,14 @@ fn law_a_check_does_no_more_than_it_may_and_names_what_it_left_out() {
             let most = whole.work / part;
             let found = within(most);
             assert_eq!(said(&found), said(&within(most)));
-            // A start that is under way ends: some thousand evaluations.
+            // A start that has begun is completed: some thousand evaluations.
             assert!(found.work >= before && found.work < most + 20_000, "{} of {most}", found.work);
             before = found.work;
             assert!(matches!(found.suited(), Suited::Undecided) || found.suited() == expected, "{found:?}");
             let is_open = found.suited() == Suited::Undecided;
             assert_eq!(found.is_undecided, is_open);
             assert!(!(is_open && found.untried.is_empty()) && (part < 30 || is_open), "{found:?}");
-            // What is recommended holds as if all had been tried.
+            // The recommendation holds as if everything had been tried.
             if let Some(fresh) = found.confirmed() {
                 assert!(fresh.peak_current_a <= 60.0 && fresh.without_angle_at_most <= 0.01, "{fresh:?}");
             }
@@ -185,7 +185,7 @@ fn regress_an_objection_of_both_states_of_the_rotor_is_one() {
     assert!(late.iter().any(|of| of.starts_with("5 of 16 without an angle, rotor free")), "{late:?}");
     assert!(late.iter().any(|of| of.contains(" ms, rotor free, where ")), "{late:?}");
     (free.summary.errors, free.longest_s) = (0, 0.0);
-    // A movement is that of a free rotor alone.
+    // Only a free rotor's movement counts.
     free.summary.max_moved_deg = 3.0;
     let moved = bench.objections(&[&locked, &free]);
     assert!(moved.contains(&"a free rotor moves by 3.00° where 1° are allowed".to_owned()), "{moved:?}");
@@ -193,7 +193,7 @@ fn regress_an_objection_of_both_states_of_the_rotor_is_one() {
 
 #[test]
 fn law_demands_are_relaxed_by_what_the_margins_say_and_then_hold() {
-    // Settings that are given leave nothing to search.
+    // If the user gives the settings, no settings are searched.
     let given = [BIPOLAR, ("rotor.state", "free"), ("detector.rounds", "3"), ("detector.pulse", "34 us")];
     let document = sheet("saturation = \"5 %\"", &given);
     let demands = Demands { movement_deg: 0.002, ..Demands::default() };
@@ -212,7 +212,7 @@ fn law_demands_are_relaxed_by_what_the_margins_say_and_then_hold() {
 
 #[test]
 fn regress_each_count_has_its_own_reason() {
-    // A saliency just below what is asked for in some starts; the others have too short pulses for the pole.
+    // In some starts the saliency is just below the required one; the others have pulses too short for the pole.
     let keys = [BIPOLAR, ("detector.pulse", "20 us"), ("detector.least_saliency", "11 %")];
     let document = sheet("saturation = \"5 %\"", &keys);
     let motor = document.motor().expect("a motor");
@@ -243,13 +243,14 @@ fn law_a_sheet_without_saturation_is_suited_from_some_saturation_on() {
         steps += usize::from(matches!(progress, Progress::Saturation(_)));
     });
     let suitability = suitability.unwrap_or_else(|error| panic!("{error}"));
-    // Evidence in proportion to the saturation predicts the least: halving 0.5 to 15 % until its ends are 8 % apart takes eight steps.
+    // With evidence in proportion to the saturation the smallest one is predicted: bisection of 0.5 to 15 % to ends 8 % apart takes eight
+    // steps.
     assert!((2..=6).contains(&steps), "{steps}");
     let Some(Condition::Saturation { least, most, minus_d }) = suitability.condition else {
         panic!("{suitability:?}")
     };
     assert_eq!(suitability.untried, [""; 0]);
-    // With less work than a search takes, what suffices on few starts is confirmed first, with a little more saturation.
+    // With less work than a search takes, settings that suffice on few starts are confirmed first, with a little more saturation.
     let hurried = Suitability::within(&document, &Demands::default(), suitability.work / 5 * 3, &mut |_| {});
     let hurried = hurried.unwrap_or_else(|error| panic!("{error}"));
     let Some(Condition::Saturation { least: more, .. }) = hurried.condition else { panic!("{hurried:?}") };
@@ -272,7 +273,7 @@ fn law_a_sheet_without_saturation_is_suited_from_some_saturation_on() {
     assert!((0.01..0.05).contains(&least) && (-0.05..0.0).contains(&minus_d), "{least} {minus_d}");
     let further = suitability.document(&document).expect("keys").expect("recommended");
     assert!(further.motor().expect("a motor").saturation_is_known());
-    // Half of it is not enough, whatever the settings.
+    // Half of this saturation is not enough, whatever the settings.
     let half = format!("saturation = \"{} %\"", standstill_quantity::rounded(least / 2.0, 2));
     let demands = Demands::default();
     let document = sheet(&half, &[BIPOLAR]);

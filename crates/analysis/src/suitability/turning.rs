@@ -224,7 +224,7 @@ mod tests {
         };
         assert_eq!(between(f64::INFINITY, &|_| false), None);
         assert_eq!(between(9.0, &|_| true), None);
-        // However narrow the part is.
+        // A narrow range of speeds counts, too.
         assert_eq!(between(11.0, &|_| true), Some((9.2, Some(11.0))));
         assert_eq!(between(f64::INFINITY, &|_| true), Some((9.2, None)));
         let (from, until) = between(90.0, &|rpm| (13.0..25.0).contains(&rpm)).expect("some");

@@ -113,14 +113,14 @@ mod tests {
             !work.spend(100)
         });
         assert!(done && cut && work.is_cut() && work.done() == 600 && work.has(399) && !work.has(400));
-        // Where a part of a part is cut, so is the part around it, which had work left.
+        // If a part within a part is cut, the outer part counts as cut, too, although it has work left.
         let work = Allowance::new(1000);
         let ((), cut) = work.within(0.5, || {
             let (_, inner) = work.within(0.1, || work.spend(60));
             assert!(inner && work.has(400));
         });
         assert!(cut && work.is_cut());
-        // A part that is not cut does not make the whole so.
+        // If a part is not cut, neither is the whole.
         let work = Allowance::new(1000);
         assert_eq!(work.within(0.1, || work.spend(99)), (true, false));
         assert!(!work.is_cut());

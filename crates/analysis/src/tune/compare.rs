@@ -54,7 +54,7 @@ fn bootstrapped(measure: Measure, a: &[f64], b: &[f64], seed: u64) -> Estimate {
         let last = (a.len() as u64).saturating_sub(1);
         let (mut x, mut y) = (Vec::with_capacity(a.len()), Vec::with_capacity(a.len()));
         for _ in 0..a.len() {
-            // Below the number of trials.
+            // The index is below the number of trials.
             #[allow(clippy::cast_possible_truncation, reason = "an index into trials that are in memory")]
             let trial = draws.integer(last) as usize;
             x.push(a[trial]);

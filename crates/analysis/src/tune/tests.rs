@@ -158,7 +158,7 @@ fn analytic_what_a_difference_of_rms_leaves_out_is_told_where_it_might_turn_it()
     // Of 20,000 up to 0.018 % may lack an answer, which make 1.22° alone.
     let found = unseen(&exactly(0.8), &exactly(0.7), &none_more(20_000.0)).expect("a value");
     assert!((found.share - 1.845e-4).abs() < 1e-9 && (found.rms_deg - 1.41).abs() < 0.01, "{found:?}");
-    // From 2° to 0.8° it is better also with them.
+    // With 2° and 0.8° the second settings are better even with such starts.
     assert_eq!(unseen(&exactly(2.0), &exactly(0.8), &none_more(20_000.0)), None);
     assert_eq!(unseen(&exactly(0.8), &exactly(0.8), &exactly(0.0)), None, "the same settings");
 }
@@ -190,7 +190,7 @@ fn law_what_was_not_seen_is_not_surely_better() {
     // Of 20,000 starts up to 3.69 more may lack an answer unseen: 1.22° of rms, as in the test above.
     let open = tuned(0.8, 0.7, 20_000.0);
     assert!(open.unseen().is_some() && better(&open, Measure::Rms) == (true, false));
-    // They take nothing from what is better in another measure, nor from rms of more trials, or further apart.
+    // Unseen starts do not matter for a gain in another measure, for rms errors of more trials, or for a larger difference.
     assert_eq!(better(&open, Measure::Duration), (true, true));
     for closed in [tuned(0.8, 0.7, 2_000_000.0), tuned(2.0, 0.8, 20_000.0)] {
         assert!(closed.unseen().is_none() && better(&closed, Measure::Rms) == (true, true));
@@ -236,7 +236,7 @@ fn regress_where_no_start_has_an_answer_the_distance_from_one_is_the_slope() {
         goal.score(Some(&measured), View::Likely)
     };
     assert!(score(1.0, 2.0).beats(&score(1.0, 3.0)) && score(1.0, 11.0).beats(&score(1.0, 19.0)));
-    // A first start with an answer is better than all that are near one, and from there on the measures decide alone.
+    // Settings with one answer are better than settings that only come near one; from there on the measures alone decide.
     assert!(score(0.95, 19.0).beats(&score(1.0, 1.0)));
     assert_eq!(score(0.95, 19.0), score(0.95, 1.0));
     assert_eq!(score(0.0, 19.0), score(0.0, 0.0));
@@ -275,7 +275,7 @@ fn law_search_choice_and_what_is_told_have_random_numbers_of_their_own() {
     let tuned = question.tune(&keys, &mut |_| ()).expect("runs");
     let keys = keys.0.into_inner().expect("whole");
     let by = |beginning: &str| keys.iter().filter(|key| key.starts_with(beginning)).count();
-    // The search, near and far; the choice by a quarter of the last trials and by all; start, best and front.
+    // Wide and close search; choice by a quarter of the last trials and by all; start, best and front.
     for stage in [
         "trials 0..40 of seed 7 ",
         "trials 0..80 of seed 7 ",
@@ -315,7 +315,7 @@ fn law_a_threshold_that_no_trial_reached_leaves_open_what_was_not_seen() {
     let [rms, share] = [Measure::Rms, Measure::Unanswered].map(|measure| tuned.differences.get(measure));
     assert_eq!((rms.low, rms.high), (0.0, 0.0), "no error differs");
     assert!(share.high > 0.03 && share.low < -0.03, "{share:?}");
-    // A limit on rms that is what the start reaches is not surely kept.
+    // A limit on the rms equal to the initial value is not surely kept.
     assert!(tuned.unseen().is_some() && tuned.limits.holds && !tuned.limits.surely, "{tuned:?}");
     assert!(!tuned.surely_better(&question.goal));
 }

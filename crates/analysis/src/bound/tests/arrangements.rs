@@ -133,7 +133,7 @@ fn analytic_floating_terminals_of_a_linear_motor() {
         let got = at(Bounds { unknown: &[], ..Bounds::new(&scenario) }, angle);
         assert!((got.scheme_deg / expected - 1.0).abs() < 1e-5, "{angle}: {got:?} {expected}");
     }
-    // A drive that reads nothing has no bound.
+    // A drive without readings has no bound.
     scenario.sensors.terminal = None;
     assert!(at(Bounds::new(&scenario), 0.1).scheme_deg.is_infinite());
 }

@@ -123,7 +123,7 @@ fn law_what_is_away_from_its_limit_is_decided_rightly() {
     let alone = (ln(2.0 / (0.7 * 0.01)) / ln_1p(1e-3)).ceil();
     let needed = mean.trials_needed(&[]).expect("some");
     assert!((needed as f64 / alone - 1.0).abs() < 2e-3, "{needed} {alone}");
-    // The smallest limit that a list may have is not shown by rounding.
+    // Rounding does not make the smallest allowed limit count as shown.
     let tiny = Share { most: 1e-12, alpha: 0.003 };
     assert!([64, 10_000, 10_000_000].into_iter().all(|trials| tiny.shown(0, trials).is_none()));
     let zeros = vec![0.0; usize::try_from(needed).expect("few")];

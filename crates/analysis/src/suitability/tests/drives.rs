@@ -21,7 +21,7 @@ fn law_only_methods_whose_readings_the_drive_has_are_tried() {
     assert_eq!(names(&[NO_CURRENTS, TIMER]), [SixPulse]);
     let message = tried(&[NO_CURRENTS]).expect_err("nothing is read").to_string();
     assert!(message.contains("neither currents nor voltages") && message.contains("needed"), "{message}");
-    // Those that lack a check are named, and no others.
+    // The methods that lack a check are named, and no others.
     for (more, last) in [(None, 5), (Some(TERMINALS), 6)] {
         let keys: Vec<_> = more.into_iter().chain([("detector.checks", "[\"contact\"]")]).collect();
         let (candidates, left_out) = both(&keys);
@@ -30,7 +30,7 @@ fn law_only_methods_whose_readings_the_drive_has_are_tried() {
             CANDIDATES[..last].iter().copied().filter(|of| *of != MethodName::Bipolar).collect();
         assert_eq!((candidates, left), (vec![MethodName::Bipolar], others));
     }
-    // The one method that the drive serves has no use for the key.
+    // The only method that this drive serves does not have the key.
     let refused = tried(&[NO_CURRENTS, TIMER, ("detector.pulse", "100 us")]).expect_err("no pulse");
     assert!(refused.to_string().contains("detector.pulse"), "{refused}");
 }
@@ -78,7 +78,8 @@ fn law_the_least_evidence_of_a_normal_distribution_is_its_first_percentile() {
     starts.evidence = (0..40_000).map(|_| 3.0 + 0.5 * draws.normal()).collect();
     starts.evidence.sort_by(f64::total_cmp);
     assert!((starts.least_evidence() - (3.0 - 0.5 * 2.326)).abs() < 0.02, "{}", starts.least_evidence());
-    // Evidence that repeats shows how rare wrong poles are, eight deviations away, until one is seen: then it is counted.
+    // Normally distributed evidence, eight deviations from a wrong pole, shows how rare wrong poles are; after the first wrong pole they
+    // are counted.
     starts.spread = starts::Spread::Normal;
     (starts.summary.trials, starts.summary.wrong_poles) = (40_000, 0);
     assert!(starts.wrong_poles_at_most() < 1e-12, "{}", starts.wrong_poles_at_most());
@@ -107,7 +108,7 @@ fn law_a_sector_is_judged_by_its_own_demand() {
     let sectors = starts.summary.sectors.expect("sectors");
     assert!(sectors.half_width_deg == 30.0 && sectors.named > 190 && sectors.further == 0, "{sectors:?}");
     assert!(sectors.right + sectors.at_border == sectors.named && sectors.right > 190, "{sectors:?}");
-    // An angle of this method is some 0.1° off, so that is how far beyond its border a rotor may be.
+    // An angle of this method is off by some 0.1°, so a rotor may be that far beyond the border of its sector.
     let margins = bench.margins(&[&starts]);
     assert!(starts.summary.max_deg < 1.0 && margins.error > 5.0, "{margins:?}");
     let said = bench.objections(&[&starts]);
@@ -153,7 +154,7 @@ fn regress_poles_that_differ_only_beyond_rated_current_are_told_apart_there() {
         weak.advice.iter().any(more) || weak.untried.iter().any(|of| of.starts_with("3 times")),
         "{weak:?}"
     );
-    // Poles that no such current tells apart have no such advice.
+    // If no such current distinguishes the poles, there is no such advice.
     let none = sheet("saturation = \"0 %\"", &keys);
     let none = Suitability::of(&none, &Demands::default(), Effort::Quick, |_| {}).expect("a check");
     assert!(none.alike_up_to_a == Some(180.0) && none.advice.is_empty(), "{none:?}");

@@ -21,14 +21,15 @@ fn law_what_is_confirmed_was_seen_by_no_search() {
     let mut peaks = vec![peak(&starts(0, 500)), peak(&starts(1, 500))];
     for failed in [0, 1, 2] {
         let fresh = bench.confirm(&setting, failed).expect("runs").expect("holds");
-        // The seed that is said is that of the starts, and no other attempt had it: not the search, not the sifting, not one before.
+        // The reported seed is that of the starts, and no other attempt used it: neither the search, nor the sifting, nor an attempt
+        // before.
         let seen = starts(fresh.seed - seed, 500);
         assert_eq!((fresh.starts, fresh.peak_current_a), (1000, peak(&seen)), "{fresh:?}");
         assert!(!peaks.contains(&peak(&seen)), "{peaks:?} {fresh:?}");
         peaks.push(peak(&seen));
         assert_eq!(fresh.p95_at_most_deg, seen[0].p95_deg.high.max(seen[1].p95_deg.high));
         assert_eq!(fresh.moved_deg, seen[1].max_moved_deg);
-        // Each attempt before it takes 5 % of the confidence.
+        // Each earlier attempt takes 5 % of the confidence.
         assert!((fresh.confidence - (0.95 - 0.05 * failed as f64)).abs() < 1e-12, "{fresh:?}");
     }
     // A demand within the interval is not shown, however many starts keep it.
