@@ -11,7 +11,7 @@ use standstill_scenario::{Record, Verdict, nearest};
 use standstill_sim::Ended;
 use thiserror::Error;
 
-/// An outcome of a start whose probability can be asked for. Angles are in degrees, currents in A.
+/// An outcome of a start whose probability can be computed. Angles are in degrees, currents in A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// The detector found the wrong pole.

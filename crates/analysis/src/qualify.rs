@@ -1,10 +1,9 @@
 //! Qualification: whether a list of requirements is met, each passed, failed or not shown.
 //!
-//! Each requirement is a claim on a probability or a mean, in each case (motor, temperature, error set, fault) that it
-//! is judged over. Claims are tested by sequential tests ([`sequential`]), which may stop after any number of trials,
-//! so that trials end as soon as all claims are decided. The probability of error of the whole list is split evenly
-//! over all claims. Rare events that plain trials do not decide are left to subset simulation ([`rare`]), whose
-//! interval is an estimate, not a proof.
+//! Each requirement makes a claim on a probability or a mean in each case for which it is judged: a combination of motor, temperatures,
+//! error set and fault. Claims are tested by sequential tests ([`sequential`]), which may stop after any number of trials, so that trials
+//! end as soon as all claims are decided. The probability of error of the whole list is split evenly over all claims. Rare events that
+//! plain trials do not decide are left to subset simulation ([`rare`]), whose interval is an estimate, not a proof.
 
 mod claim;
 mod demand;

@@ -258,8 +258,8 @@ impl Question<'_> {
         Ok(Tuned { start, best, differences, limits, front, looks })
     }
 
-    /// Returns the measures as the search compares them. A measure that is limited by its value at the initial settings
-    /// is replaced by that limit times the ratio of the measures of both settings on the same trials.
+    /// Returns the measures as the search compares them. A measure that must not exceed its value at the initial settings is replaced by
+    /// its limit times the ratio of its value to that at the initial settings, on the same trials.
     fn related(&self, mut measured: Measured, start: &Measured) -> Measured {
         for (measure, estimate) in
             measured.0.iter_mut().filter(|(measure, _)| self.relative.contains(measure))

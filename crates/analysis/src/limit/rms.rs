@@ -106,8 +106,8 @@ pub fn dominated(rms: &Estimate, share: &Estimate) -> Option<Dominated> {
     }
 }
 
-/// Returns true if the uncertain share of starts without an answer causes more than half of the interval above a root
-/// mean square.
+/// Returns true if the uncertainty of the share of starts without an answer makes most of the upper part of an rms interval: more than half
+/// of the difference between the squares of its upper end and its value.
 pub fn widens(rms: &Estimate, share: &Estimate) -> bool {
     2.0 * square_of(share.high - share.value) > rms.high * rms.high - rms.value * rms.value
 }

@@ -61,7 +61,7 @@ pub struct Claim {
     pub requirement: usize,
     /// The statement, with its limit.
     pub claimed: Claimed,
-    /// True if the claim was added to guard another one: it states that few starts have no answer.
+    /// True if the claim was added to one that a method could meet by giving no answers: it states that few starts have no answer.
     pub guards: bool,
     /// Largest number of trials that may be run for the claim.
     pub most: u64,

@@ -305,10 +305,10 @@ impl Bench<'_> {
         Ok(usual.into_iter().flat_map(values).map(|value| setting.with(key, &text(value))).collect())
     }
 
-    /// Finds the value of a key at which the largest current just meets its limit. Returns the value and the demand
-    /// that limits it: the current, or `None` if the DC link drives no more current. The value is `None` if no value
-    /// makes a workable setting. If most starts with vectors of this current find no axis, the demand is
-    /// [`Demand::Answers`]. `dead`: part of the value that does not increase the current.
+    /// Finds the value of a key at which the largest current just meets its limit. Returns two things: the value, none if no value makes a
+    /// workable setting; and the demand that forbids a larger value. This demand is the current; [`Demand::Answers`] if most starts with
+    /// vectors of this current find no axis; none if the DC link drives no more current or the pulse has its largest length. `first`: the
+    /// value that is tried first; `dead`: the part of the value that does not increase the current.
     fn grown(
         &self,
         plain: &Setting,
