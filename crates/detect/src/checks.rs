@@ -1,4 +1,5 @@
-//! The checks of methods, each with its name: which of them are on.
+//! The checks of methods by name, and the set of those that are on. A check tests whether readings can be those of
+//! sound parts and of a rotor at standstill.
 
 use standstill_interface::{Choice, choice};
 
@@ -74,7 +75,7 @@ impl Checks {
         self.0 & bit(check) != 0
     }
 
-    /// The first of these that is not one of others; none if all are.
+    /// Returns the first check of this set that is not in `others`; none if all are.
     pub fn beyond(self, others: Self) -> Option<Check> {
         self.iter().find(|check| !others.has(*check))
     }
@@ -100,7 +101,7 @@ impl Checks {
     /// Returns the checks with these names.
     ///
     /// # Errors
-    /// The first name that does not belong to a check.
+    /// Returns the first name that does not belong to a check.
     pub fn named<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Self, &'a str> {
         names.into_iter().try_fold(Self::NONE, |all, name| {
             <Check as Choice>::named(name).map(|check| Self(all.0 | bit(check))).ok_or(name)

@@ -1,7 +1,7 @@
 //! Commissioning: learns systematic errors of the line inductances from several starts, without a position sensor.
 //!
-//! Equations (5)–(7) take the three lines for a wave of 2θ with equal phases. Write them as a complex number and a
-//! mean,
+//! Equations (5)–(7) of the paper assume that the inductances of the three lines are waves of 2θ, with equal phases. As
+//! a complex number and a mean, the lines are
 //! ```text
 //! Z = −2/9 Σ L_k w_k,   M = 1/9 Σ L_k,   w = e^{j120°}, 1, e^{−j120°} for L_AB, L_BC, L_CA
 //! ```
@@ -9,30 +9,30 @@
 //! by:
 //!
 //! * **A 4θ harmonic.** L_4 cos 4θ in phase a, cos 4(θ − 120°) in b, and so on, with the mutual inductances that go
-//!   with it, is a reflection of 3/2 L_4 that turns with −4θ in the stator's frame: `H u⁻²` in Z, H = L_4. It does not
-//!   change M.
-//! * **Unequal phases.** Phase a larger by δ is a reflection that stands still: `2/9 δ` in Z, for phases b and c turned
-//!   by ±120°. Together they are a constant c.
-//! * **Unequal gains.** Lines read 1 + ε_k times too large, with `E = Σ ε_k w_k`, give `Z' = Z − 2/3 L_A E + 1/3 (E
-//!   Z)*`: a constant again, and a term that turns backwards and is |L_B| / (2 L_A) of that constant.
-//! * **Saturation.** A pulse with i_d > 0 meets less inductance: L_k less by κ cos³(φ_k − θ), where φ_k is the line's
-//!   direction. With `v = e^{jθ}` that is `j P v⁻¹` in Z, P = κ/4. Unlike the other effects it depends on the pole.
+//!   with it, adds `H u⁻²` to Z, with H = L_4. It does not change M.
+//! * **Unequal phases.** An excess δ of phase a adds the constant `2/9 δ` to Z; for phases b and c it is turned by
+//!   ±120°. Together they are a constant c.
+//! * **Unequal gains.** If line k reads 1 + ε_k times its inductance, with `E = Σ ε_k w_k`, then `Z' = Z − 2/3 L_A E +
+//!   1/3 (E Z)*`: again a constant, and a term that turns backwards and is |L_B| / (2 L_A) of that constant.
+//! * **Saturation.** A pulse with i_d > 0 meets a smaller inductance: L_k is smaller by κ cos³(φ_k − θ), where φ_k is
+//!   the line's direction. With `v = e^{jθ}` this adds `j P v⁻¹` to Z, with P = κ/4. Unlike the other effects it depends
+//!   on the pole.
 //!
 //! Together
 //! ```text
 //! Z = c + S u + H u⁻² + j P v⁻¹,   S = L_B
 //! ```
-//! Each position gives two equations and one unknown, its θ. The remaining equation of each position determines c, S, H
-//! and, if the poles are known, P. It is the component along the normal of Z's path, which no rotation of the rotor
-//! changes.
+//! Each position gives two equations and adds one unknown, its θ. One equation of each position is left to determine c,
+//! S, H and, if the poles are known, P: the component of Z normal to its path over θ, which does not change when the
+//! rotor turns.
 //!
 //! The backward term of unequal gains is neglected: with gain errors of 0.5 % it causes 0.06° rms on a motor with
 //! |L_B|/L_A = 0.23. It could be learnt, best together with M, in which it causes a variation with 2θ. But its two
-//! unknowns added as much uncertainty as they explained, up to 32 positions of a drive with 0.2° of uncertainty per
-//! reading, and more with 0.5°.
+//! unknowns would add as much uncertainty as they remove, with up to 32 positions of a drive with 0.2° of uncertainty
+//! per reading, and more with 0.5°.
 //!
-//! A common rotation of all positions, i.e. the position of θ = 0, cannot be identified. It is defined by the winding.
-//! So is the fact that H and P are real, which holds for motors that are symmetric about the d-axis.
+//! A common rotation of all positions cannot be identified: the winding defines θ = 0. That H and P are real is assumed
+//! as well; it holds for motors that are symmetric about the d-axis.
 
 mod correction;
 mod fit;
@@ -57,13 +57,13 @@ use thiserror::Error;
 pub struct CommissioningSettings<T> {
     /// Sign of the motor's L_B.
     pub saliency: SaliencySign,
-    /// Positions needed.
+    /// Least number of positions, from 5 to 32.
     pub least_positions: u8,
     /// Largest allowed uncertainty of a corrected angle in the worst position, caused by the learnt values alone,
-    /// relative to the uncertainty that the noise of one reading causes. N evenly spread positions give 2/√N, with the
-    /// poles 2.5/√N.
+    /// relative to the uncertainty that the noise of one reading causes. N evenly spread positions give 2/√N, or 2.5/√N
+    /// if saturation is learnt.
     pub most_dilution: T,
-    /// Largest allowed rms of the unexplained part in units of |L_B|. With a larger one the lines do not fit any model
+    /// Largest allowed rms of the fit's residual in units of |L_B|. A larger residual shows that the lines fit no model
     /// of this kind.
     pub most_residual: T,
 }
@@ -92,7 +92,7 @@ pub enum CommissioningError<T> {
     /// There is no room for another position.
     #[error("no room for more than {room} positions")]
     Full {
-        /// Positions that there is room for.
+        /// Largest number of positions.
         room: usize,
     },
     /// Too few positions.
@@ -111,7 +111,7 @@ pub enum CommissioningError<T> {
     TooClose {
         /// Dilution found: see [`CommissioningSettings::most_dilution`]. Infinite if an unknown has no effect at all.
         dilution: T,
-        /// The limit.
+        /// Largest allowed dilution.
         allowed: T,
     },
     /// The lines do not fit any motor of this kind.
@@ -122,7 +122,7 @@ pub enum CommissioningError<T> {
     Unexplained {
         /// Rms of the unexplained part, in units of |L_B|.
         residual: T,
-        /// The limit.
+        /// Largest allowed rms, in units of |L_B|.
         allowed: T,
     },
     /// The fit did not converge, or its result does not belong to a motor of this kind.
@@ -130,7 +130,7 @@ pub enum CommissioningError<T> {
     NoConvergence,
 }
 
-/// Standard deviations, from the residual and the information of the positions.
+/// Standard deviations of the learnt values, from the residual and the information matrix of the positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviations<T> {
     /// Standard deviation of each part of c, relative to L_A.
@@ -147,7 +147,7 @@ pub struct Deviations<T> {
 /// Result of a commissioning run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Learnt<T> {
-    /// To be kept.
+    /// The correction, which is to be stored in the drive.
     pub correction: Correction<T>,
     /// Standard deviations of the learnt values.
     pub deviations: Deviations<T>,
@@ -164,7 +164,7 @@ pub struct Learnt<T> {
     pub positions: usize,
 }
 
-/// Positions that there is room for.
+/// Largest number of positions.
 const CAPACITY: usize = 32;
 
 /// Line inductances at unknown positions, collected start by start.
@@ -189,7 +189,7 @@ const CAPACITY: usize = 32;
 pub struct Commissioning<T> {
     settings: CommissioningSettings<T>,
     positions: [Position<T>; CAPACITY],
-    /// Sum of their L_A in H.
+    /// Sum of L_A in H over the positions.
     means: T,
     count: usize,
 }
@@ -198,7 +198,7 @@ impl<T: Real> Commissioning<T> {
     /// Makes a commissioning without positions.
     ///
     /// # Errors
-    /// Nothing can be learnt with one of the settings.
+    /// A setting is outside its range.
     pub fn new(settings: CommissioningSettings<T>) -> Result<Self, SettingsError> {
         settings.check()?;
         let none = Position { z: Complex::zero(), north: None };
@@ -240,7 +240,7 @@ impl<T: Real> Commissioning<T> {
         let mut positions = self.positions;
         let positions = &mut positions[..self.count];
         let extent = Extent { saturation: positions.iter().all(|position| position.north.is_some()) };
-        // One equation more than unknowns, or there is no residual.
+        // At least one equation more than unknowns, so that there is a residual.
         let needed = usize::from(self.settings.least_positions).max(extent.unknowns() + 1);
         if self.count < needed {
             return Err(CommissioningError::TooFew { found: self.count, needed });
@@ -261,8 +261,8 @@ impl<T: Real> Commissioning<T> {
             fourth: T::zero(),
             saturation: T::zero(),
         };
-        // Positions that tell nothing are found before the search runs away on them. The start knows the angles to a
-        // few degrees, hence the double.
+        // Positions that are too close to each other are refused before the search could diverge on them. The start
+        // knows the angles only to a few degrees, so its limit is doubled.
         let before = Normal::of(&start, positions, extent);
         self.spread(&start, &before, extent, T::of(2.0))?;
         let (model, normal) = minimise(start, positions, extent).ok_or(CommissioningError::NoConvergence)?;
@@ -295,8 +295,8 @@ impl<T: Real> Commissioning<T> {
         CommissioningError::Unexplained { residual, allowed: self.settings.most_residual }
     }
 
-    /// Returns the factor of the information matrix, the dilution, and the rms over the positions of a corrected
-    /// angle's standard deviation in rad for unit noise.
+    /// Returns the Cholesky factor of the information matrix, the dilution, and the standard deviation in rad of a
+    /// corrected angle for unit noise, rms over the rotor's positions.
     fn spread(
         &self,
         model: &Model<T>,
@@ -314,7 +314,7 @@ impl<T: Real> Commissioning<T> {
             most = most.max(deviation);
             squares = squares + deviation * deviation;
         }
-        // The noise of one reading turns Z, and so 2θ, by its share of |L_B|.
+        // Noise of one reading turns Z by noise / |L_B| in rad, and Z turns by 2θ.
         let dilution = T::of(2.0) * most * model.saliency.abs();
         if dilution <= allowed * slack {
             Ok((factor, dilution, (squares / T::of(f64::from(ANGLES))).sqrt()))
@@ -324,5 +324,5 @@ impl<T: Real> Commissioning<T> {
     }
 }
 
-/// Angles at which a correction's uncertainty is looked at: enough for waves of up to 6θ.
+/// Number of angles at which a correction's uncertainty is computed: enough for waves of up to 6θ.
 const ANGLES: u8 = 36;

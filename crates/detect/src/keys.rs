@@ -1,8 +1,8 @@
 //! Keys: the settings of methods that an engineer may change by name, in a scenario or on a command line.
 //!
-//! A key's name, unit, range and meaning stand here once, because several methods may have the same. Which keys a
-//! method has, and how each changes its settings, is listed in the method's own file, as a table of [`Setting`]s. All
-//! code that reads, checks, lists or prints keys uses these tables.
+//! A key's name, unit, range and meaning are defined once here, because several methods may have the same key. Each
+//! method's own file lists the keys that the method has, and how each changes the settings, as a table of [`Setting`]s.
+//! All code that reads, checks, lists or prints keys uses these tables.
 //!
 //! ```
 //! use standstill_detect::{Decay, Method, MethodName, Value, keys};
@@ -50,15 +50,15 @@ pub enum Kind {
     Number {
         /// Symbol of the unit; empty for shares and pure numbers.
         unit: &'static str,
-        /// Whether they are shares, which people write in per cent.
+        /// Whether the numbers are shares, which people write in per cent.
         share: bool,
-        /// Whether they are whole.
+        /// Whether the numbers are whole.
         whole: bool,
         /// Smallest and largest value.
         range: [f64; 2],
         /// The range in words.
         needed: &'static str,
-        /// Why not beyond.
+        /// Reason for the range.
         reason: &'static str,
     },
     /// Yes or no.
@@ -83,14 +83,14 @@ pub struct Key {
 pub struct Setting<S: 'static> {
     /// The key.
     pub key: &'static Key,
-    /// Function that returns the key's value; none if the settings currently do not have it.
+    /// Function that returns the key's value; none if these settings do not have the key.
     pub get: fn(&S) -> Option<Value>,
-    /// Function that sets the key. Returns false if the settings currently do not have it, and for checks that are
-    /// given as a number.
+    /// Function that sets the key. Returns false if these settings do not have the key, or if checks are given as a
+    /// number.
     pub set: fn(&mut S, Value) -> bool,
 }
 
-/// Takes the name of a setting, and its value as people read it.
+/// Function that receives the name of a setting and its value as text for people.
 pub type Lines<'a> = dyn FnMut(&'static str, fmt::Arguments<'_>) + 'a;
 
 /// Settings that are set by key.
@@ -108,10 +108,10 @@ pub trait Keyed: Sized + 'static {
     const SETTINGS: &'static [Setting<Self>];
 
     /// Calls `line` with name and value of each setting that an engineer would copy into a drive, including settings
-    /// that follow from others. By default a method has none.
+    /// that are derived from others. By default there are none.
     fn describe(&self, _line: &mut Lines<'_>) {}
 
-    /// The kinds of readings of which any one is enough for the method, see [`crate::Settings::sources`].
+    /// The kinds of readings of which any one is enough for the method: see [`crate::Settings::sources`].
     const SOURCES: &'static [Source] = &[Source::PhaseCurrents];
 
     /// Returns the kinds of readings of which one is enough with these settings; by default [`Self::SOURCES`].
@@ -119,8 +119,8 @@ pub trait Keyed: Sized + 'static {
         Self::SOURCES
     }
 
-    /// The checks that a list of [`CHECKS`] can name: by default whether the rotor stands. All that the method does not have are without
-    /// effect, so whoever reads a list refuses them.
+    /// The checks that the method has, and that a list of the key [`CHECKS`] can name; by default [`Check::Turning`]
+    /// alone. Other checks would have no effect, so readers of files refuse them.
     const CHECKS: Checks = Checks::NONE.with(Check::Turning);
 
     /// Whether the method turns the rotor, see [`crate::Settings::turns_rotor`].
@@ -149,7 +149,7 @@ mod unit {
     pub const One: (&str, bool, bool) = ("", false, true);
 }
 
-/// A key of each entry, and the list of all.
+/// Makes a static [`Key`] of each entry, and the list of all keys.
 macro_rules! entries {
     ($($(#[doc = $about:literal])+ $key:ident = $name:ident: $unit:tt $([$($range:tt)*] because $reason:literal)?, as $example:literal;)+) => {
         $($(#[doc = $about])+
@@ -159,7 +159,8 @@ macro_rules! entries {
             kind: entries!(@kind $unit $([$($range)*] $reason)?),
         };)+
 
-        /// All keys, in the order in which they are set: a pulse chooses its samples, which a later key may want otherwise.
+        /// All keys, in the order in which they must be set: setting a pulse also chooses its samples, which a later
+        /// key may change.
         pub static ALL: [&Key; [$(stringify!($name)),+].len()] = [$(&$key),+];
     };
     (@kind Flag) => {
@@ -180,8 +181,9 @@ macro_rules! entries {
     };
 }
 
-/// The entries of all keys, handed to a macro: a sentence, the name of the static and of the key, the unit (`Flag`: yes or no), the least
-/// and the largest value, both in words, the reason for them, an example as TOML has it. Whoever reads files makes a field of each.
+/// Calls a macro with the entries of all keys. An entry consists of a sentence, the name of the static and of the key,
+/// the unit (`Flag`: yes or no), the smallest and the largest value, the range in words, the reason for the range, and
+/// an example in TOML. The reader of scenario files makes a field of each entry.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! method_keys {
@@ -282,7 +284,7 @@ impl Value {
     }
 
     /// Returns the value as a count.
-    // Kept within its type.
+    // Clamped to the range of the type.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub(crate) fn count(self) -> u8 {
         self.number().clamp(0.0, 255.0) as u8
@@ -327,13 +329,13 @@ impl<S> Setting<S> {
     }
 }
 
-/// A [`Setting`]: the place of its value, and how a [`Value`] is made from it and to it.
+/// Makes a [`Setting`] from a key, the place of its value in the settings, and the conversions from and to a [`Value`].
 macro_rules! place {
-    // One that may be missing: by what gets and sets it.
+    // A setting that may be missing: the methods that get and set it.
     ($key:ident, $s:ident => $place:expr => $get:ident, $set:ident) => {
         crate::keys::Setting::new(&crate::keys::$key, |$s| $place.$get(), |$s, value| $place.$set(value))
     };
-    // One with a value of its own: what it is, and what sets it from a value.
+    // A setting whose value is computed: the expression that gets it, and the statement that sets it.
     ($key:ident, $s:ident => $get:expr; $value:ident => $set:expr) => {
         crate::keys::Setting::new(
             &crate::keys::$key,
@@ -357,7 +359,7 @@ macro_rules! place {
 }
 pub(crate) use place;
 
-/// A time in microseconds, for people.
+/// Formats a time in microseconds.
 pub(crate) struct Microseconds(pub Nanos);
 
 impl fmt::Display for Microseconds {

@@ -1,8 +1,8 @@
 //! Methods that find the position of a synchronous motor's rotor at standstill.
 //!
-//! Each is a [`standstill_interface::Detector`]: a state machine without allocation, input or output, in `f32`
-//! or `f64`, that runs in firmware as it does in the simulator. "The paper" is Chen Cheng and Tao Ze'an 2019
-//! (article 1673-6540(2019)06-0102-04).
+//! Each method is a [`standstill_interface::Detector`]: a state machine without allocation, input or output, in `f32`
+//! or `f64`, that runs in firmware as it does in the simulator. "The paper" is Chen Cheng and Tao Ze'an 2019 (article
+//! 1673-6540(2019)06-0102-04).
 #![no_std]
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
@@ -37,13 +37,13 @@ pub use parts::settle::SettleSettings;
 pub use parts::train::PulseTrainSettings;
 pub use settings::{Decay, Settings, SettingsError, Source};
 
-// What the sister crates need of each other.
+// Items for the other crates of this workspace.
 #[doc(hidden)]
 pub use keys::Lines;
 #[doc(hidden)]
 pub use method::{Foreign, ForeignSettings, MOST_SAMPLES};
 
-/// The examples of the README run too.
+/// Runs the examples of the README as doctests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

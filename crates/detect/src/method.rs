@@ -1,4 +1,4 @@
-//! All methods in one type, by name. A method is a file below and a line in the list.
+//! All methods in one type, by name. Each method is a file in the folder `method` and a line of `methods!`.
 
 mod alignment;
 mod bipolar;
@@ -73,7 +73,7 @@ choice! {
     }
 }
 
-/// A constant of the settings of a method, by its name.
+/// Returns a constant of the settings of the method with this name.
 macro_rules! of_settings {
     ($name:expr, $constant:ident) => {
         match $name {
@@ -98,7 +98,8 @@ impl MethodName {
     /// Returns the kinds of readings of which any one is enough for the method.
     pub const fn sources(self) -> &'static [Source] {
         match self {
-            // With slow decay the current circulates where one shunt in the link does not see it.
+            // With slow decay the current circulates through the lower switches, where a shunt in the DC link does not
+            // see it.
             Self::LineInductance => &[Source::PhaseCurrents],
             _ => of_settings!(self, SOURCES),
         }
@@ -126,7 +127,7 @@ macro_rules! methods {
 
         /// A detector of any method.
         #[derive(Clone, Debug)]
-        // As large as its largest, which is most of its memory in samples: boxing would need an allocator.
+        // The enum is as large as its largest detector, mostly memory for samples. Boxing that would need an allocator.
         #[allow(clippy::large_enum_variant)]
         pub enum AnyDetector<T> {
             $($(#[$doc])* $variant($detector<T>)),*
@@ -243,25 +244,25 @@ macro_rules! in_numbers {
 }
 
 methods! {
-    /// The paper's.
+    /// The paper's: three line inductances, then a polarity test.
     LineInductance: LineInductanceSettings => LineInductance,
-    /// Pulse subdivision.
+    /// Voltage vectors in directions that close in on the axis.
     Subdivision: SubdivisionSettings => Subdivision,
-    /// Rotating injection.
+    /// Rotating high-frequency injection.
     HfiRotating: RotatingInjectionSettings => RotatingInjection,
-    /// Pulsating injection.
+    /// Pulsating high-frequency injection.
     HfiPulsating: PulsatingInjectionSettings => PulsatingInjection,
-    /// DC alignment.
+    /// A current that turns the rotor to a known angle.
     DcAlignment: AlignmentSettings => Alignment,
-    /// Bipolar.
+    /// Line pulses in both directions.
     Bipolar: BipolarSettings => Bipolar,
-    /// Maximum likelihood.
+    /// Line pulses in both directions, evaluated by maximum likelihood.
     MaximumLikelihood: MaximumLikelihoodSettings => MaximumLikelihood,
-    /// The open terminal.
+    /// Line pulses, read from the voltage of the open terminal.
     OpenTerminal: OpenTerminalSettings => OpenTerminal,
-    /// Six pulses.
+    /// Six voltage vectors, timed to a threshold of the current or sampled.
     SixPulse: SixPulseSettings => SixPulse,
-    /// From elsewhere.
+    /// A detector that is defined outside this crate, such as a library in C.
     Foreign: ForeignSettings => Foreign,
 }
 

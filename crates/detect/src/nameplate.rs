@@ -70,21 +70,21 @@ pub struct Nameplate<T> {
     pub sensing: Sensing<T>,
     /// The dividers at the terminals, if the drive has any.
     pub dividers: Dividers<T>,
-    /// DC link in V.
+    /// Voltage of the DC link in V.
     pub dc_link: T,
     /// Dead time of the drive.
     pub dead_time: Nanos,
     /// Standard deviation in s of the legs' turn-off delays; a third of the mismatch that a gate driver's data sheet states at most. Zero:
     /// equal, and a leg that is late may look like a bad contact.
     pub delay_mismatch: T,
-    /// Period of its PWM carrier.
+    /// Period of the drive's PWM carrier.
     pub carrier_period: Nanos,
     /// Voltage in V across a conducting switch, and its slope in Ω.
     pub switch_drop: [T; 2],
-    /// Likewise of a diode whose leg has both switches off.
+    /// Voltage in V across a conducting diode whose leg has both switches off, and its slope in Ω.
     pub diode_drop: [T; 2],
-    /// The same values for a leg whose current flows against the switch that is on: through the diode beside an IGBT,
-    /// backwards through the channel of a MOSFET.
+    /// Voltage in V, and its slope in Ω, for a current that flows against the switch that is on: through the diode
+    /// beside an IGBT, backwards through the channel of a MOSFET.
     pub reverse_drop: [T; 2],
 }
 

@@ -156,7 +156,7 @@ pub trait Settings<T: Real> {
         Source::ALL
     }
 
-    /// Whether the method turns the rotor: where it stood before is then not what the method finds.
+    /// Whether the method turns the rotor: it then does not find the angle at which the rotor stood before.
     fn turns_rotor(&self) -> bool {
         false
     }

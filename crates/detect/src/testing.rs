@@ -65,7 +65,7 @@ impl Noise {
         Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
     }
 
-    /// In (0, 1).
+    /// Returns a uniform number in (0, 1).
     pub fn uniform(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -73,7 +73,7 @@ impl Noise {
         ((self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 12) as f64 + 0.5) / (1_u64 << 52) as f64
     }
 
-    /// With mean 0 and variance 1 (Box and Muller).
+    /// Returns a normal number with mean 0 and variance 1 (Box and Muller).
     pub fn gauss(&mut self) -> f64 {
         let radius = (-2.0 * self.uniform().ln()).sqrt();
         radius * (core::f64::consts::TAU * self.uniform()).cos()
@@ -111,10 +111,10 @@ pub(crate) struct LineMotor {
 impl LineMotor {
     pub const DEAD_TIME: f64 = 2e-6;
     pub const RESISTANCE: f64 = 1.2;
-    /// Of two devices in V.
+    /// Drop of two devices in V.
     pub const DROP: f64 = 2.0;
 
-    /// Like the paper's.
+    /// Returns a motor like the paper's, with the rotor at this angle.
     pub fn at(degrees: f64) -> Self {
         Self {
             angle: degrees.to_radians(),
@@ -221,12 +221,12 @@ impl LineMotor {
         self
     }
 
-    /// Evidence of an outcome for the motor's north pole, found or not, in standard deviations.
+    /// Returns the evidence of an outcome for the motor's north pole, found or not, in standard deviations.
     pub fn evidence(&self, outcome: &Outcome<f64>) -> f64 {
         outcome.evidence_for(Angle::from_radians(self.angle)).expect("evidence")
     }
 
-    /// Way in degrees from the motor's angle to this one.
+    /// Returns the angle in degrees from the motor's angle to this one.
     pub fn error<T: Real>(&self, found: Angle<T>) -> f64 {
         let found = Angle::from_radians(found.radians().to_double());
         found.difference(Angle::from_radians(self.angle)).to_degrees()

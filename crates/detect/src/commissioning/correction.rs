@@ -9,8 +9,8 @@ use crate::settings::{SettingsError, require};
 
 /// Correction from [`Commissioning`](crate::Commissioning): four numbers for a non-volatile memory.
 ///
-/// They are relative to the mean L_A that was measured with them. So an effect that scales all lines alike, such as the
-/// gain of the DC link's sensor or an unknown dead time, does not change a correction.
+/// The numbers are relative to the mean L_A that was measured with them. So an effect that scales all lines alike, such
+/// as the gain of the DC link's sensor or an unknown dead time, does not change a correction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correction<T> {
     offset: Complex<T>,
@@ -27,11 +27,12 @@ impl<T: Real> Correction<T> {
     /// Makes a correction from the numbers that [`Correction::values`] returned: `[Re c, Im c, H, P]`, relative to L_A.
     ///
     /// # Errors
-    /// The values cannot belong to a motor with three phases of one kind: the memory has lost them.
+    /// A number is not between −0.5 and 0.5. No motor with three phases of one kind has such values: the memory has
+    /// lost them.
     pub fn new(values: [T; 4]) -> Result<Self, SettingsError> {
         let names = ["correction.offset", "correction.offset", "correction.fourth", "correction.saturation"];
         for (value, name) in values.into_iter().zip(names) {
-            // Far beyond any motor: of a phase that differs by a half, |c| is 0.11.
+            // Far beyond any motor: if one phase differs by a half, |c| is 0.11.
             require(value.abs() < T::of(0.5), name, "between -0.5 and 0.5")?;
         }
         let [re, im, fourth, saturation] = values;

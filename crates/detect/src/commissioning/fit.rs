@@ -5,7 +5,7 @@ use standstill_interface::{Angle, Real};
 use super::model::{Model, Reading, UNKNOWNS, at};
 use crate::parts::complex::{Complex, Turning};
 
-/// Measurement at one position.
+/// Measurement at one position: Z, in the model's unit, and the pole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Position<T> {
     pub(super) z: Complex<T>,
@@ -16,7 +16,7 @@ pub(super) struct Position<T> {
 /// Selection of the unknowns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Extent {
-    /// Whether P is.
+    /// Whether P is an unknown.
     pub(super) saturation: bool,
 }
 
@@ -31,7 +31,7 @@ pub(super) struct Normal<T> {
     pub(super) cost: T,
 }
 
-/// A positive definite matrix as `G Gᵀ`.
+/// Cholesky factor G of a positive definite matrix `G Gᵀ`.
 pub(super) struct Factor<T>([Vector<T>; UNKNOWNS]);
 
 impl Extent {
@@ -60,7 +60,8 @@ impl Extent {
 fn nearest<T: Real>(model: &Model<T>, position: &Position<T>) -> Reading<T> {
     let (mut angle, _) = model.angle(position.z, position.north);
     let mut reading = model.at(angle);
-    // That angle has the right direction from c. The nearest point is only next to it where harmonics bend the circle.
+    // At this angle the model lies in the measured direction from c. Harmonics distort the circle, so the nearest point
+    // lies beside it.
     for _ in 0..3 {
         let t = reading.over_angle;
         angle = angle + t.dot(position.z - reading.z) / t.dot(t);
@@ -76,7 +77,7 @@ impl<T: Real> Normal<T> {
         for position in positions {
             let reading = nearest(model, position);
             let t = reading.over_angle;
-            // The direction that no turn of the rotor reaches: one equation without an angle in it.
+            // The component normal to the model's path over the angle: one equation that does not contain the angle.
             let normal_to = t.quarter_turn().scale(T::one() / t.length());
             let rest = normal_to.dot(position.z - reading.z);
             let slopes = extent.only(reading.over_unknowns.map(|column| normal_to.dot(column)));
@@ -161,7 +162,7 @@ pub(super) fn minimise<T: Real>(
         let moved = model.moved(&step);
         let next = Normal::of(&moved, positions, extent);
         let length = step.iter().fold(T::zero(), |most, part| most.max(part.abs()));
-        // The cost is a sum of squares: smaller steps change it by less than its rounding.
+        // Smaller steps change the cost, a sum of squares, by less than its rounding error.
         let small = length <= T::epsilon().sqrt() * T::of(0.01);
         if small || next.cost <= normal.cost * T::of(1.0 + 1e-3) {
             (model, normal, damping) = (moved, next, damping * T::of(0.1));
@@ -175,5 +176,5 @@ pub(super) fn minimise<T: Real>(
     None
 }
 
-/// Five are usual.
+/// Largest number of steps; five are usual.
 const ITERATIONS: usize = 60;

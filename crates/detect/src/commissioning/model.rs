@@ -4,7 +4,7 @@
 //! ```text
 //! Z = c + S u + H u⁻² + j P v⁻¹
 //! ```
-//! all in one unit, of H or relative to something.
+//! with c, S, H and P all in H, or all relative to the same inductance.
 
 use standstill_interface::{Angle, Real};
 
@@ -13,7 +13,7 @@ use crate::parts::complex::{Complex, Turning};
 /// Number of unknowns in addition to the angles.
 pub(super) const UNKNOWNS: usize = 5;
 
-/// The unknowns' places in a vector of all.
+/// Indices of the unknowns in a vector.
 pub(super) mod at {
     /// Re c; Im c follows.
     pub const OFFSET: usize = 0;
@@ -24,17 +24,17 @@ pub(super) mod at {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Model<T> {
-    /// c.
+    /// c, the constant that unequal phases and gains cause.
     pub(super) offset: Complex<T>,
     /// S: L_B with its sign.
     pub(super) saliency: T,
     /// H: L_4.
     pub(super) fourth: T,
-    /// P.
+    /// P, the effect of saturation.
     pub(super) saturation: T,
 }
 
-/// Z at an angle, and its derivatives.
+/// Z at an angle, and its derivatives with respect to the angle in rad and to the unknowns.
 pub(super) struct Reading<T> {
     pub(super) z: Complex<T>,
     pub(super) over_angle: Complex<T>,
@@ -74,7 +74,7 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// Returns by how many rad the angle found from a Z changes with each unknown.
+    /// Returns the derivative, with respect to each unknown, of the angle in rad that is found from a given Z.
     pub(super) fn angle_over_unknowns(&self, angle: T) -> [T; UNKNOWNS] {
         let v = Complex::turn(angle);
         let u = v * v;
@@ -112,7 +112,7 @@ impl<T: Real> Model<T> {
             amplitude = x.re - fourth - along;
             let off = x.im + self.fourth * six.im - saturation * three.re;
             let slope = two * x.re - T::of(6.0) * fourth - T::of(3.0) * along;
-            // Far from where the model holds the slope may vanish; a bounded step stays a number.
+            // Where the model does not hold, the slope may vanish: it is bounded, so that the step stays finite.
             let step = off / (sign * (sign * slope).max(length / two));
             angle = angle + step;
             if step.abs() <= T::epsilon() {

@@ -24,7 +24,7 @@ struct Machine {
 const PAPER: Machine =
     Machine { mean: 9.2e-3, saliency: -2.1e-3, fourth: 0.0, asymmetry: 0.0, saturation: 0.0, gain: [1.0; 3] };
 
-/// The figures: 3 % of L_B, 1 % of L_A.
+/// Errors of a typical size: a 4θ harmonic of 3 % of L_B, and a phase that is larger by 1 % of L_A.
 const WRONG: Machine = Machine { fourth: -0.03 * 2.1e-3, asymmetry: 0.01 * 9.2e-3, ..PAPER };
 
 const EVERYTHING: Machine =
@@ -52,7 +52,7 @@ impl Machine {
         Abc::new(line(0), line(1), line(2))
     }
 
-    /// At `count` positions, spread well but not evenly.
+    /// Learns from `count` positions that are spread well but not evenly.
     fn learn<T: Real>(
         &self,
         settings: CommissioningSettings<T>,
@@ -80,7 +80,7 @@ impl Machine {
     }
 }
 
-/// In degrees, in (−90, 90].
+/// Returns the difference in degrees, in (−90, 90].
 fn axis_error(found: f64, truth: f64) -> f64 {
     Angle::from_radians(2.0 * (found - truth)).difference(Angle::from_radians(0.0)).to_degrees() / 2.0
 }

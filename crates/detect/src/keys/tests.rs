@@ -10,7 +10,7 @@ use crate::settings::Settings;
 use crate::testing::PLATE;
 use crate::{Method, MethodName};
 
-/// A value of a key that no method has of itself, and that works.
+/// Returns a value of a key that works and that no method has by default.
 fn other(key: &Key) -> Value {
     match key.name {
         "pulse" => Value::Number(60e-6),
@@ -64,7 +64,7 @@ fn law_what_is_set_is_what_is_got_and_nothing_else_changes() {
 
 #[test]
 fn law_each_key_is_one_method_s_at_least_and_its_suited_value_is_in_range() {
-    // What belongs to one shunt in the DC link is a key there alone.
+    // Keys of one shunt in the DC link exist only with such a shunt.
     let shunt = Nameplate { sensing: Sensing { place: crate::Place::InLink, ..PLATE.sensing }, ..PLATE };
     let suited = |plate: &Nameplate<f64>| MethodName::ALL.map(|name| Method::<f64>::suited(name, plate));
     for key in ALL {

@@ -6,8 +6,8 @@
 //! ```
 //! Two directions are used, because a rotor that is opposite to the first feels no torque. A locked rotor would also be
 //! given an angle, so its motion is checked. A magnet that turns from 90° to 0° sweeps its flux ψ across the β axis,
-//! and if the voltage there is a small constant u, `∫ (R i_β − u) dt = ψ_β(start) − ψ_β(end)`. The voltage u is the
-//! error with which unequal legs are compensated; it follows from the steady current at the end. If the flux swept is
+//! and if the voltage there is a small constant u, `∫ (R i_β − u) dt = ψ_β(start) − ψ_β(end)`. The voltage u is what
+//! the compensation of unequal legs leaves; it follows from the steady current at the end. If the flux swept is
 //! far from ψ, the rotor did not follow, and the method gives no angle. A rotor that something else turns does not
 //! stand still at the end either: its magnet induces a current that turns with it, while a rotor at standstill leaves a
 //! constant current.
@@ -31,13 +31,13 @@ use crate::settings::{
     LONGEST, SettingsError, require, require_positive, require_share, require_zero_or_more,
 };
 
-/// Share of the current that is held by which it may vary where the rotor stands.
+/// Largest variation of the held current while the rotor stands, as a share of that current.
 const UNSTEADY: f64 = 0.005;
 
 /// Settings of the alignment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignmentSettings<T> {
-    /// PWM.
+    /// PWM, with compensation of dead time and drops.
     pub modulation: ModulationSettings<T>,
     /// Current in A that turns the rotor.
     pub current: T,
@@ -45,7 +45,7 @@ pub struct AlignmentSettings<T> {
     pub resistance: T,
     /// Flux linkage of the magnet in Wb.
     pub magnet_flux: T,
-    /// Share of it that must be seen to sweep across the winding.
+    /// Least share of `magnet_flux` that must sweep across the winding.
     pub least_sweep: T,
     /// Checks that are on: whether the rotor stands still at the end.
     pub checks: Checks,
@@ -53,7 +53,7 @@ pub struct AlignmentSettings<T> {
     pub periods: u16,
     /// Commands over which the current grows.
     pub ramp: u16,
-    /// Commands that it is then held for.
+    /// Commands over which the current is then held.
     pub hold: u16,
     /// The wait after each direction.
     pub settle: SettleSettings<T>,
@@ -117,23 +117,24 @@ enum State {
     Leaving,
 }
 
-/// The aligning detector.
+/// The detector by alignment.
 #[derive(Clone, Debug)]
 pub struct Alignment<T> {
     settings: AlignmentSettings<T>,
     state: State,
     settler: Settler<T>,
-    /// Last currents and link voltage, offsets removed.
+    /// Last currents in A and link voltage in V, offsets removed.
     current: Abc<T>,
     dc_link: T,
     /// Current in A across the direction of the pull, at the last sample.
     across: T,
-    /// Sum of that current, in commands, over the second pull; the field after it is the sum over the last third of its
-    /// hold.
+    /// Sum of that current over the commands of the second pull, in A; `steady`, the next field: the same sum over the
+    /// last third of the hold.
     total: T,
     steady: T,
     /// Currents in A in the last third of the second hold: their number, their mean, and the sum of their squared
-    /// deviations from the mean in A². The field after it states whether no sensor saw one of them.
+    /// deviations from the mean in A². `derived`, the next field: whether a current was not seen by a sensor of its
+    /// own.
     held: (T, AlphaBeta<T>, T),
     derived: bool,
     findings: Findings<T>,
@@ -184,7 +185,7 @@ impl<T: Real> Alignment<T> {
         s.modulation.command(vector, self.dc_link, [expected; 2], s.periods)
     }
 
-    /// Commands of a pull after which the rotor should stand still: the last third of the hold.
+    /// Returns the number of commands in the last third of a hold, in which the rotor should stand still.
     fn late(&self) -> u16 {
         self.settings.hold.div_ceil(3)
     }
@@ -251,8 +252,8 @@ impl<T: Real> Alignment<T> {
         let late = T::of(f64::from(self.late()));
         let seconds = s.seconds() * s.resistance;
         let swept = ((self.total - self.steady / late * commands) * seconds).abs();
-        // Noise makes a sum of what is no flux: total − steady N/m has the variance σ² N (N − m)/m, and the current across
-        // up to 4/3 of a reading's noise, with two sensors.
+        // Noise alone would show a flux: total − steady N/m has the variance σ² N (N − m)/m, and with two sensors the
+        // current across the pull has up to 4/3 of a reading's noise.
         let noise = self.settler.noise.deviation() * T::of(4.0 / 3.0);
         let noise = noise * (commands * (commands - late) / late).sqrt() * seconds;
         let needed = (s.least_sweep * s.magnet_flux).max(T::of(5.0) * noise);

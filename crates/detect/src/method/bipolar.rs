@@ -1,8 +1,9 @@
 //! Line pulses in both directions, which also calibrate the current sensors.
 //!
-//! `L = mean over ± of U t1 / i2` per line cancels the saturation's effect to first order; the gain mismatch of the
-//! sensors is measured (see [`crate::parts::train`]) and divided out; then equations (5)–(7). The difference of the
-//! forward and the backward inductance of each line points along the magnet: the pole comes from the same pulses.
+//! Per line, the mean of `L = U t1 / i2` over both directions cancels the effect of saturation to first order. The gain
+//! mismatch of the sensors is measured (see [`crate::parts::train`]) and divided out; then equations (5)–(7) give the
+//! axis. The difference of the forward and the backward inductance of each line points along the magnet, so the same
+//! pulses also give the pole.
 //!
 //! i2 is sampled at the end of the pulse. If phases are converted one after the other, or edges disturb the readings,
 //! that is too late: the last phases would be read in the decay, and jitter would move samples into and out of the
@@ -35,7 +36,8 @@ pub struct BipolarSettings<T>(pub BothWaysSettings<T>);
 impl<T: Real> BipolarSettings<T> {
     /// Returns settings for this motor and drive.
     pub fn suited(drive: &Nameplate<T>) -> Self {
-        // Four samples in the pulse: enough to compare the sensors, but at its end. Fewer where the first would be taken too early.
+        // Four samples per pulse are enough to compare the sensors; shunts below the legs, compared at the pulse's end,
+        // need ten. Fewer if the first one would come too early.
         let pulse = drive.line_pulse(T::of(0.5));
         let parts = if drive.sensing.place == Place::BelowLegs { 10 } else { 4 };
         let interval = Nanos(pulse.0 / parts).max(drive.sensing.lead() * 2);
@@ -56,7 +58,7 @@ impl<T: Real> BipolarSettings<T> {
     }
 }
 
-/// The pulses of one line in one direction.
+/// Statistics of the pulses of one line in one direction.
 #[derive(Clone, Copy, Debug)]
 struct Sums<T> {
     pulses: T,
@@ -83,7 +85,8 @@ pub struct Bipolar<T> {
     train: Train<T>,
     /// Sums for each line, backward and forward.
     sums: [[Sums<T>; 2]; 3],
-    /// Inductance in H of the first pulse of a pair both ways, and the relative differences of such pairs by line.
+    /// Inductance in H of the first pulse of a pair (forward and backward); `differences`, the next field: relative
+    /// differences of such pairs, by line.
     other_way: Option<T>,
     differences: [Sums<T>; 3],
     gains: GainComparison<T>,
@@ -148,12 +151,12 @@ impl<T: Real> Bipolar<T> {
         self.volts = self.volts + volts;
         self.losses.add(&self.train, slot, readings, volts)?;
         let inductance = volts * seconds / current;
-        // As with a link below the drops of the switches.
+        // This happens, for example, if the link's voltage is below the drops of the switches.
         if inductance <= T::zero() || !inductance.is_finite() {
             return Err(Fault::NotInductive(slot.phases().0));
         }
         self.sums[slot.line][usize::from(slot.forward)].add(inductance);
-        // Both ways of a line follow each other: what changes from round to round is not in their difference.
+        // The two directions of a line follow each other, so changes from round to round do not enter their difference.
         match self.other_way.take() {
             Some(other) => {
                 let [back, forward] = if slot.forward { [other, inductance] } else { [inductance, other] };
@@ -207,7 +210,7 @@ impl<T: Real> Bipolar<T> {
             let [back, forward] = line.map(|sums| sums.mean);
             let mean = (forward + back) * half;
             lines[k] = mean;
-            // Less inductance forward than backward: forward leads towards the pole that draws more.
+            // Less inductance forward than backward: the pole that draws more current lies forward.
             let difference = (back - forward) / mean;
             // Forward pulses are read by the sensor of the line's second phase there, backward ones by that of the first.
             let difference = if below { difference + ratios[k] } else { difference };
@@ -227,14 +230,14 @@ impl<T: Real> Bipolar<T> {
         let late = core::array::from_fn(|k| s.sensing.late(k, derived) - early);
         let held = s.plausibility.contact(&mut margin, &self.losses, &self.train, lines, (volts, late));
         let held = held.and_then(|()| s.plausibility.codes(&mut margin, &self.gains, &self.train));
-        // Also of a start that ends here.
+        // The margin counts even if the start ends here.
         self.train.margin = margin;
         held?;
         let (_, saliency) = s.saliency(lines, ratios, derived, &mut self.findings);
         // Variance of a mean over n pulses' relative inductances, pooled.
         let freedom = (n - T::one()) * T::of(6.0);
         let one = scatter / freedom / n;
-        // What the lines' lags differ by is the same in every round.
+        // Differences between the lags of the lines are the same in every round.
         let lag = s.sensing.lag_deviation() / self.risen(s.train.samples_on());
         let lags = lag * lag;
         let needed = significance::scattered(significance::of_lines(one * half), freedom)
@@ -243,27 +246,30 @@ impl<T: Real> Bipolar<T> {
         // A line's gain is a sixth of the difference of the other two lines' r.
         let [ab, bc, ca] = unknown;
         let gains = if below { (ab + bc + ca) / T::of(54.0) } else { T::zero() };
-        // Of the mean of a line's two directions; equation (7) on relative errors: 0.408 ε / (|L_B|/L_A).
+        // Equation (7) turns a relative error ε of each line's mean of two directions into an angle of 0.408 ε /
+        // (|L_B|/L_A).
         let axis = (one * half + lags + gains).sqrt() * T::of(1.0 / 6.0).sqrt() / saliency.ratio();
         self.findings.angle_deviation = Some(axis);
-        // The third phase's current induces (√3/2) |L_B|/L_A of itself into the line, forward as backward: with the pulse and against it.
+        // The third phase's current induces (√3/2) |L_B|/L_A of itself into the line with the same sign forward and
+        // backward, so the difference of both directions contains it twice.
         let rings = T::of(3.0).sqrt() * saliency.ratio() * s.train.rings();
         let lasting = s.pole_variance(derived, unknown) + rings * rings;
-        // Of a difference of two means, in each component of the sum over three directions.
+        // Deviation of each component of the pointer: three directions, each with a difference of two means.
         let deviation = (T::of(1.5) * (T::of(2.0) * one + lasting)).sqrt();
         let pointer = Pointer { direction: pointer, deviation };
         let known = self.train.noise * half / (current * current);
         let pairs = self.differences.iter().fold(T::zero(), |all, sums| all + sums.squares);
         let of_pairs = T::of(3.0) * (n - T::one());
         let pairs = pairs / of_pairs * half;
-        // Variance of a pulse's inductance without what a rotor that turns adds to it, and not below what noise alone makes.
+        // Variance of a pulse's inductance without the part that a turning rotor adds, and at least that of the
+        // readings' noise.
         let still = turning::estimated(one * n, freedom).min(turning::estimated(pairs, of_pairs));
         let still = still.max(known) / n;
         let across = (T::of(1.5) * (T::of(2.0) * still + lasting)).sqrt();
         let across = Pointer { deviation: across, ..pointer };
         let margin = &mut self.train.margin;
         s.check_standing(margin, (turning::AT_THE_END, volts), &across, (saliency.axis, axis))?;
-        // What a rotor that turns makes of both ways has its own name.
+        // Comes after the check for a turning rotor, whose effect on both directions has a fault of its own.
         s.plausibility.directions(&mut self.train.margin, both, &s.train)?;
         Ok(s.pole(&saliency, &pointer))
     }

@@ -1,5 +1,5 @@
-//! A detector that is defined elsewhere, such as a library written in C: the values that the bench must know
-//! beforehand.
+//! Placeholder for a detector that is defined outside this crate, such as a library written in C: its kinds of
+//! readings, checks and keys, which the bench must know beforehand.
 
 use core::convert::Infallible;
 use core::marker::PhantomData;
@@ -12,7 +12,7 @@ use crate::keys::{Keyed, Setting};
 use crate::parts::margin::Margin;
 use crate::settings::{SettingsError, Source};
 
-/// The place of a detector from elsewhere among the methods. No method of this crate: such detectors are made by their
+/// The entry among the methods for a detector that is defined outside this crate. The detector itself is made by its
 /// scenario, which knows the library, and not from these settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ForeignSettings<T> {

@@ -4,7 +4,7 @@
 //!   wait ─► AB pulses ─► wait ─► BC pulses ─► wait ─► CA pulses ─► wait ─► vector at θ̂ ─► wait ─► at θ̂ + 180°
 //!           L_AB, R              L_BC, R              L_CA, R  └► θ̂ modulo 180°, (5)–(7)       larger i_d: north
 //! ```
-//! and a last wait, so that no current is left after the detection.
+//! A last wait follows, so that no current is left after the detection.
 //!
 //! A pulse puts the DC link across two phases for `pulse`; then the current decays. Samples i1 before it, i2 at its end
 //! and i3 in the decay give R and L of the line by equation (10).
@@ -27,13 +27,13 @@ use crate::settings::{Decay, SettingsError};
 
 pub use settings::LineInductanceSettings;
 
-/// Angle in rad, 4°, by which the pulses of a line may turn a free rotor.
+/// Largest angle in rad (4°) by which the pulses of a line may turn a free rotor.
 const MOST_TURNED: f64 = 4.0 * turning::DEGREE;
 
 /// The paper's detector.
 pub type LineInductance<T> = ThenPole<T, LinePulses<T>>;
 
-/// Its measurement.
+/// The measurement of the paper's detector: pulses across the three lines.
 #[derive(Clone, Debug)]
 pub struct LinePulses<T> {
     settings: LineInductanceSettings<T>,
@@ -42,14 +42,16 @@ pub struct LinePulses<T> {
     pulses: u8,
     /// i1 of the next pulse in A.
     initial: Abc<T>,
-    /// Sums over the pulses of each line.
+    /// Sums of L in H over the pulses of each line; `resistance`, the next field: sums of R in Ω.
     inductance: Abc<T>,
     resistance: Abc<T>,
-    /// Sum over the lines of the squares of L in H² that their pulses are away from the line's mean.
+    /// Sum over all pulses of the square of L's deviation from the mean of its line, in H².
     scatter: T,
-    /// Sum over the pulses of 2/(i2 − i1)² in 1/A²: the variance that the noise of single readings gives L, relative.
+    /// Sum over the pulses of 2/(i2 − i1)² in 1/A²: multiplied by the variance of a reading, the relative variance of
+    /// L.
     by_readings: T,
-    /// L in H of the line's first pulse, and by how much the last pulse of each line finds more.
+    /// L in H of the line's first pulse; `changes`, the next field: for each line, by how much L of its last pulse is
+    /// larger.
     first: T,
     changes: Abc<T>,
 }
@@ -133,7 +135,7 @@ impl<T: Real> LinePulses<T> {
             return Err(Fault::NoCurrent { peak: i2 - i1, needed: s.least_current });
         }
         let seconds = |duration: Nanos| T::of(duration.seconds());
-        // Mean voltages: no voltage in the dead time before the pulse; a rest of the pulse after an early i2.
+        // Mean voltages: the dead time before the pulse has no voltage; after an early i2 a rest of the pulse follows.
         let late = self.late(second);
         let risen = s.pulse - s.sample_lead + late;
         let rise = Interval {
@@ -142,7 +144,7 @@ impl<T: Real> LinePulses<T> {
             end: i2,
             duration: seconds(risen),
         };
-        // A sensor in the phase reads both, equally late.
+        // A sensor in the phase reads i2 and i3 with the same delay.
         let after = s.third_sample() - s.pulse + if s.place() == Place::InLine { late } else { Nanos::ZERO };
         let decaying = match s.decay {
             Decay::Slow => T::zero(),
@@ -177,7 +179,7 @@ impl<T: Real> LinePulses<T> {
         Ok(())
     }
 
-    /// Equations (5)–(7).
+    /// Computes the axis from the mean inductances of the lines by equations (5)–(7), and checks it.
     fn find_axis(
         &self,
         settler: &mut Settler<T>,
@@ -186,7 +188,7 @@ impl<T: Real> LinePulses<T> {
         let count = T::of(f64::from(self.settings.pulses));
         let lines = self.inductance.map(|sum| sum / count);
         let (s, margin) = (&self.settings, &mut settler.margin);
-        // Equation (10) leaves the resistance out of the inductance.
+        // Equation (10) separates the resistance from the inductance.
         s.plausibility.inductances(margin, lines.0.map(|line| [line; 2]), s.pulse, T::zero())?;
         let saliency = Saliency::from_lines(lines, s.saliency);
         findings.line_inductance = Some(lines);
@@ -199,9 +201,10 @@ impl<T: Real> LinePulses<T> {
         Ok(saliency)
     }
 
-    /// Checks that each line's last pulse finds the inductance of its first one. An axis that turns by δ in between changes
-    /// `L = 3 (L_A − L_B cos 2x)` by `6 L_B δ sin 2x`, with x the angle between axis and line. Currents that grow from pulse to pulse saturate
-    /// the core, too, which changes all lines alike or by cos 2x: over three lines both are square to sin 2x, whose squares sum to 3/2.
+    /// Checks that each line's last pulse finds the inductance of its first one. If the axis turns by δ in between, `L
+    /// = 3 (L_A − L_B cos 2x)` changes by `6 L_B δ sin 2x`, with x the angle between axis and line. Currents that grow
+    /// from pulse to pulse also change L by saturation, but in all lines alike or by cos 2x: over three lines, both are
+    /// orthogonal to sin 2x, whose squares sum to 3/2.
     fn check_standing(&self, saliency: &Saliency<T>, settler: &mut Settler<T>) -> Result<(), Fault<T>> {
         let s = &self.settings;
         if s.pulses < 2 || !s.plausibility.checks.has(Check::Turning) {

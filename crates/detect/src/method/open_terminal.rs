@@ -16,15 +16,15 @@
 //! i_d)/L_d0, L = (L_d + L_q)/2 and `I = u t / (√3 L (1 + k cos 2x))`, to first order
 //! ```text
 //!   r⁺ − r⁻ = −β (u t/L) (1 − k²) sin x (cos² x + ρκ (ρ sin² x − 2 cos² x)) / (1 + k cos 2x)³,   ρ = L_q/L_d
-//! ```
-//! where cross saturation raises 1/L_q by κ as much as 1/L_d, and by reciprocity 1/L_dq as much over ψ_q. β is positive
-//! if north draws more current. The template changes its sign with the pole, and only its sign and shape are used, so
-//! nothing about the saturation need be known except which pole draws more current. Gains of the dividers that differ
-//! by half a per cent would have the same effect, so the dividers are compared on an all-high vector first.
+//! where the current along d raises 1/L_q by κ times as much as 1/L_d, and, by reciprocity, ψ_q raises the coupling
+//! 1/L_dq at the same rate. β is positive if north draws more current. The template changes its sign with the pole, and
+//! only its sign and shape are used, so nothing about the saturation need be known except which pole draws more
+//! current. Gains of the dividers that differ by half a per cent would have the same effect, so the dividers are
+//! compared on an all-high vector first.
 //!
-//! A magnet of flux ψ that turns at ω induces `e = ωψ` across itself, in the third terminal and in the line that drives
-//! the current. In the difference of both signs saturation leaves a function that is odd in x, and the induced voltage
-//! one that is even:
+//! A magnet of flux ψ that turns at ω induces the voltage `e = ωψ` along the q-axis, which appears at the third
+//! terminal and in the line that drives the current. In the difference of both signs, the part of saturation is odd in
+//! x, and that of the induced voltage is even:
 //! ```text
 //!   r⁺ − r⁻ = −(3 ωψ/U) (1 + k) cos x / (1 + k cos 2x)
 //! ```
@@ -58,10 +58,11 @@ const LEAST_VOLTAGE: f64 = 0.5;
 /// of it.
 const MOST_AT_REST: f64 = 0.25;
 
-/// Passes in which the resistance's share of the voltage is found, line by line.
+/// Number of passes that compute the solution and, from it, the resistive drop of each line.
 const PASSES: usize = 6;
 
-/// Sums in V over the samples and rounds of the pulses of one line in one direction.
+/// Sums in V over the samples and rounds of the pulses of one line in one direction: the voltage across the line, and
+/// the deviation of the third terminal from the mean of the other two.
 #[derive(Clone, Copy, Debug)]
 struct Sums<T> {
     across: T,
@@ -71,10 +72,10 @@ struct Sums<T> {
 /// Solution of the three lines' equations.
 #[derive(Clone, Copy, Debug)]
 struct Solution<T> {
-    /// k cos 2θ and k sin 2θ.
+    /// c = k cos 2θ and s = k sin 2θ.
     c: T,
     s: T,
-    /// Slopes of the two over each line's r.
+    /// Derivatives of c and s with respect to r of each line.
     slopes: [[T; 2]; 3],
     /// Difference of r between the pulses forward and back, by line.
     differences: [T; 3],
@@ -100,10 +101,10 @@ pub struct OpenTerminal<T> {
     gain: [T; 3],
     /// Sums for each line, backward and forward.
     sums: [[Sums<T>; 2]; 3],
-    /// Squares of second differences of successive samples in V², and their number.
+    /// Sum of the squared second differences of successive samples in V²; the next field is their number.
     squares: T,
     differences: T,
-    /// Rounds that are given: as set, or a second one.
+    /// Number of rounds to give: that of the settings, or two.
     rounds: u8,
     findings: Findings<T>,
     margin: Margin<T>,
@@ -211,7 +212,7 @@ impl<T: Real> OpenTerminal<T> {
         let Some(last) = readings.last() else { return Err(Fault::UnexpectedReadings) };
         let mut shown = [T::zero(); 3];
         for phase in Phase::ALL {
-            // A diode that conducts leads beyond the ends of the range.
+            // While a diode conducts, a terminal may lie beyond its divider's range.
             shown[phase as usize] = Self::shown(last, phase, true)?;
         }
         let [a, b, c] = shown;
@@ -278,8 +279,8 @@ impl<T: Real> OpenTerminal<T> {
         Solution { c: found[0], s: found[1], slopes, differences }
     }
 
-    /// Returns the share of a line's voltage that its resistance leaves to an inductance in H, as a mean over the used
-    /// samples of `e^(−2 R t/L)`.
+    /// Returns the share of a line's voltage that is left across an inductance in H after the resistive drop: the mean
+    /// of `e^(−2 R t/L)` over the used samples.
     fn left(&self, inductance: T) -> T {
         let s = &self.settings;
         let (from, to) = s.window();
@@ -376,7 +377,7 @@ impl<T: Real> Sequence<T> for OpenTerminal<T> {
         }
         let margin = self.margin;
         match self.answer() {
-            // What its own pulses do to a light rotor cancels in a second round.
+            // The turn of a light rotor by the pulses themselves cancels in a second round.
             Err(Fault::RotorTurns { .. }) if self.rounds == 1 => {
                 (self.rounds, self.margin) = (2, margin);
                 self.next_command().map(Step::Drive).ok_or(Fault::UnexpectedReadings)

@@ -4,10 +4,11 @@
 //! ```text
 //! I_d = V/ω (Y0 + Y1 cos 2δ),   I_q = V/ω Y1 sin 2δ,   Y0,1 = ½ (1/L_d ± 1/L_q)
 //! ```
-//! where δ is how far the axis is ahead of its estimate. With `z = V/ω Y1 e^{j2θ}`, I_q is the part of z across twice the estimate's
-//! angle. Two measurements, along phase a and 45° ahead of it, give z whole, and with it the way: no inductance of a data sheet is in it but the
-//! sign of Y1. Each further one, along the axis as it is known by then, gives the part of z across anew. There I_q vanishes whatever V, Y0 and
-//! |z| are: `δ = ½ atan2(I_q, |z|)`. For L_d > L_q, Y1 is negative, and both arguments change their sign.
+//! where δ is the angle from the estimate to the axis. With `z = V/ω Y1 e^{j2θ}`, I_q is the component of z across
+//! twice the estimate's angle. Two measurements, along phase a and 45° ahead of it, give both components of z and so a
+//! first estimate; of the data sheet's inductances this needs only the sign of Y1. Each further measurement, along the
+//! present estimate, gives the component across anew. On the axis I_q vanishes whatever V, Y0 and |z| are: `δ = ½
+//! atan2(I_q, |z|)`. For L_d > L_q, Y1 is negative, and both arguments change their sign.
 
 use standstill_interface::{AlphaBeta, Angle, Dq, Fault, Findings, Real};
 
@@ -26,10 +27,11 @@ pub type PulsatingInjection<T> = Injection<T, Pulsating<T>>;
 /// Angle in rad that the last two corrections may have in common besides the rotor's movement.
 const STEADY: f64 = 2.0 * turning::DEGREE;
 
-/// Correction in rad up to which its sign is the direction of a rotor that turns: beyond, |z| is of two instants between which it has turned.
+/// Largest correction in rad whose sign shows the direction in which the rotor turns. A larger one combines |z| of two
+/// instants between which the rotor has turned.
 const CLEAR: f64 = 15.0 * turning::DEGREE;
 
-/// Number of measurements along fixed axes, which show the way.
+/// Number of measurements along fixed axes, which give the first estimate of the axis.
 const FIXED: u8 = 2;
 
 /// Number of measurements after which corrections only follow the rotor's movement, instead of finding the unknown
@@ -41,11 +43,11 @@ const FOUND: u8 = 5;
 pub struct Pulsating<T> {
     axis: Angle<T>,
     measurements: u8,
-    /// z in A, of the sign that points along twice the axis.
+    /// z in A, with the sign by which it points along twice the axis's angle.
     saliency: AlphaBeta<T>,
     /// The last two corrections in rad.
     ahead: [T; 2],
-    /// Sum of i sin ωt, and its part of the first half of the measurement.
+    /// Sum of i sin ωt; `half`, the next field: its part from the first half of the measurement.
     sum: AlphaBeta<T>,
     half: AlphaBeta<T>,
 }
@@ -113,7 +115,7 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
             return Ok(None);
         }
         let mean = s.voltage * s.mean_admittance() / s.frequency_read();
-        // Of what resistance takes of I_d no saliency is made.
+        // Mean current with the resistance in the circuit, to which the current of the saliency is compared.
         let resistive = s.resistance * s.mean_admittance() / s.frequency_read();
         let inductive = mean / (T::one() + resistive * resistive);
         let spread = noise / inductive;
@@ -122,8 +124,8 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         let axes = [Dq::new(one, zero), Dq::new(zero, one)].map(|component| component.unpark(self.axis));
         let noisy = s.noise_along(axes[1], axes[0]);
         let variance = spread * spread * (noisy + noisy) / samples + doubt;
-        // More inductance makes less of this current only where it exceeds the resistance: Im 1/(R + jωL) has its extreme at
-        // R = ωL, and beyond that the d-axis would be taken for the q-axis.
+        // A larger inductance lowers this current only while it exceeds the resistance: Im 1/(R + jωL) has its extreme
+        // at R = ωL, and beyond that the d-axis would be taken for the q-axis.
         let telling = (T::one() - resistive * resistive).max(T::zero());
         let ratio = telling * saliency.norm() / inductive;
         significance::check(margin, ratio, significance::known(variance), s.least_saliency)?;
@@ -138,11 +140,13 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
             let deviation =
                 findings.angle_deviation.unwrap_or(T::zero()) * T::of(2.0).sqrt() * T::of(turning::FEW);
             let one = s.step().seconds() * f64::from(s.periods) * f64::from(s.ramp + s.cycles);
-            // A rotor that turns is as far ahead each time; what is still being found shrinks, or changes its sign.
+            // A turning rotor is ahead by the same angle each time; corrections of a search that still converges
+            // shrink, or change their sign.
             let [before, last] = self.ahead;
             let alike = if before * last > T::zero() { before.abs().min(last.abs()) } else { T::zero() };
             let moved = if last > T::zero() { alike + alike } else { -alike - alike };
-            // From the first half to the whole I_q grows by a quarter of the turn within the measurement, which is a part of the time to the next.
+            // Within a measurement, I_q grows from the first half to the whole by a quarter of the turn during the
+            // measurement, which is a part of the time to the next one.
             let within = -s.saliency().factor::<T>() * (current.q - first) / (T::of(2.0) * saliency.norm());
             let share = f64::from(s.cycles) / (4.0 * f64::from(s.ramp + s.cycles));
             let way = turning::direction(last, within, T::of(share));

@@ -1,7 +1,7 @@
 //! Rotating high-frequency injection.
 //!
-//! A voltage V e^{jωt} raises a current with a part that turns with it, `P e^{jωt}`, and by saliency one that turns
-//! against it, `N e^{−jωt}`, whose phase has 2θ in it. With `P = ⟨i e^{−jωt}⟩`, `N = ⟨i e^{jωt}⟩`
+//! A voltage V e^{jωt} raises a current with a part that turns with the voltage, `P e^{jωt}`, and, by saliency, a part
+//! that turns against it, `N e^{−jωt}`, whose phase contains 2θ. With `P = ⟨i e^{−jωt}⟩`, `N = ⟨i e^{jωt}⟩`
 //! ```text
 //! 2θ = arg[N P (L_Σ + jR/ω)],   L_Σ = (L_d + L_q)/2,   for L_d < L_q; half a turn further for L_d > L_q
 //! ```
@@ -29,7 +29,7 @@ pub struct Rotating<T> {
     /// Sums of i e^{−jωt} and i e^{jωt}.
     positive: Complex<T>,
     negative: Complex<T>,
-    /// The second sum after a quarter of the measurement, and in its middle.
+    /// `negative` after a quarter of the measurement; `middle`, the next field: after half of it.
     quarter: Complex<T>,
     middle: Complex<T>,
 }
@@ -91,10 +91,10 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
         // |N|/|P| = (1/L_d − 1/L_q)/(1/L_d + 1/L_q) = |L_B|/L_A.
         let ratio = negative / positive;
         findings.mean_inductance = Some(s.voltage / (positive * frequency * T::of(1.5)));
-        // N has a noise of σ √(2/3)/√n in each component; half of its angle's. So it has through one shunt: noise that is larger across
-        // the voltage than along it turns with the voltage, and N is taken against it.
+        // N has a noise of σ √(2/3)/√n in each component, and the axis's angle is half of N's. Through one shunt, too: its
+        // noise is larger across the voltage than along it, so it turns with the voltage, and N is taken against the voltage.
         let spread = noise / positive;
-        // What the devices take where a current is near zero lowers the voltage that drives it.
+        // Near zero current, the drops of the devices lower the voltage that drives the current.
         let impedance = (frequency / s.mean_admittance()).hypot(s.resistance);
         let driven = s.voltage.min(positive * impedance);
         let doubt = s.doubt(dc_link, driven, significance::of_rotating_delays);
@@ -124,7 +124,7 @@ impl<T: Real> Rotating<T> {
         let variance = noise * noise * T::of(2.0 / 3.0) / half * (square(first) + square(second));
         let deviation = variance.sqrt() / two * T::of(turning::FEW);
         let seconds = T::of(s.step().seconds() * f64::from(s.periods) * f64::from(s.cycles)) / two;
-        // From the first quarter to the first half N turns by a quarter of that.
+        // From the first quarter to the first half, N turns by a quarter of that angle.
         let within = (first * self.quarter.conj()).argument() / two;
         let way = turning::direction(ahead, within, T::of(0.25));
         turning::check_axis(margin, (ahead, seconds), deviation, T::of(2.0 * turning::DEGREE), way)

@@ -4,8 +4,9 @@
 //!   a high, b and c low ─► a comparator trips ─► all off ─► 60° further: c low, a and b high ─► …
 //!          t_0                                                   t_1                             t_5
 //! ```
-//! A drive with a comparator and a timer needs no converter for this method, because it measures six times. y = 1/t is
-//! the mean slope of the current up to the threshold, in the direction φ of the vector. For a motor without saturation
+//! A drive with a comparator and a timer needs no converter for this method, because only six durations are measured. y
+//! = 1/t is the mean slope of the current up to the threshold, in the direction φ of the vector. For a motor without
+//! saturation
 //! and with L_B/L_A = k, `y = Y (1 − k cos 2(θ − φ))` apart from the resistance's effect; saturation along the magnet
 //! adds `p cos(θ − φ)`. So for six directions, 60° apart,
 //! ```text
@@ -51,7 +52,7 @@ pub use settings::SixPulseSettings;
 /// Directions of the vectors in a round.
 const VECTORS: usize = 6;
 
-/// Numbers of the vectors in opposite pairs.
+/// Order of the vectors if opposite ones follow each other.
 const PAIRS: [usize; VECTORS] = [0, 3, 1, 4, 2, 5];
 
 /// Returns the phase of the single leg in the vector with this number, and whether this leg is high.
@@ -61,7 +62,7 @@ const fn alone(number: usize) -> (Phase, bool) {
 
 /// Returns the unit vector at `harmonic` times the direction of the vector with this number.
 fn direction<T: Real>(number: usize, harmonic: usize) -> AlphaBeta<T> {
-    // Exactly alike for all vectors, so that what they have in common adds up to nothing.
+    // The components are exactly symmetric, so that a part common to all six vectors sums to exactly zero.
     let half = T::of(0.5);
     let high = T::of(0.75).sqrt();
     match number * harmonic % VECTORS {
@@ -74,11 +75,12 @@ fn direction<T: Real>(number: usize, harmonic: usize) -> AlphaBeta<T> {
     }
 }
 
-/// The pulses of one direction.
+/// Statistics of the pulses of one direction.
 #[derive(Clone, Copy, Debug)]
 struct Pulses<T> {
     count: T,
-    /// Mean of y; the field after it is the sum of squared deviations from the mean.
+    /// Mean of y, in 1/s per volt of the link if timed, else in A per volt; the next field is the sum of squared
+    /// deviations from the mean.
     mean: T,
     squares: T,
     /// Mean of t in s.
@@ -99,10 +101,10 @@ impl<T: Real> Pulses<T> {
 #[derive(Clone, Debug)]
 pub struct SixPulse<T> {
     settings: SixPulseSettings<T>,
-    /// Pulses given.
+    /// Number of pulses given so far.
     given: usize,
     pulses: [Pulses<T>; VECTORS],
-    /// Sum in V of the links' voltages.
+    /// Sum in V of the link's voltages, one for each pulse.
     volts: T,
     /// Phases without a sensor, as seen so far.
     derived: Derived,
@@ -162,20 +164,22 @@ impl<T: Real> SixPulse<T> {
             self.volts = self.volts + voltage;
             let Some(capture) = reading.capture else {
                 self.margin.at_least(T::zero(), T::one());
-                // What is known of the current is that it stayed below the threshold.
+                // Of the current only this is known: it stayed below the threshold.
                 return Err(Fault::NoCurrent { peak: T::zero(), needed: s.threshold });
             };
             let comparator = &s.sensing.comparator;
             let ticks = T::of(f64::from(capture.ticks) + 0.5);
             let time = ticks * comparator.tick - comparator.delay - dead_time;
-            // A clock that is a little fast may count a trip beyond the end of the longest pulse, none may count twice as much.
+            // A fast clock may count a trip slightly beyond the end of the longest pulse, but no clock counts twice its
+            // length.
             let longest = T::of(s.longest.seconds());
             if time > longest + longest {
                 return Err(Fault::UnexpectedReadings);
             }
             self.margin.at_most(time.min(longest), longest);
-            // A threshold that was passed before there was time for a current, or before the comparators watched: those trip
-            // as soon as they do, within a tick and a half of the end of the blanking, and what clock and delay may err.
+            // A comparator whose threshold is exceeded when its blanking ends trips at once: within a tick and a half
+            // of that end, plus the tolerances of clock and delay. Such a trip does not show when the current passed
+            // the threshold.
             let three = T::of(3.0);
             let clock = (comparator.blanking + comparator.delay) * comparator.clock_error * three;
             let watched =
@@ -223,7 +227,7 @@ impl<T: Real> SixPulse<T> {
         }
         let comparator = &s.sensing.comparator;
         let mut known = delays + self.of_tick(time);
-        // y t is the link's voltage inverted.
+        // y t is the inverse of the link's voltage.
         known = known + square(s.sensing.link_noise * pulses.mean * time) / T::of(f64::from(s.rounds));
         if comparator.own {
             known = known + square(comparator.offset / s.threshold) + square(comparator.delay_spread / time);
@@ -242,7 +246,7 @@ impl<T: Real> SixPulse<T> {
         squares / (mean * mean) / freedom / T::of(f64::from(self.settings.rounds))
     }
 
-    /// Degrees of freedom of the pulses' scatter.
+    /// Returns the degrees of freedom of the pulses' scatter.
     fn freedom(&self) -> T {
         T::of(f64::from(self.settings.rounds - 1) * VECTORS as f64)
     }
@@ -264,7 +268,8 @@ impl<T: Real> SixPulse<T> {
         let third = third * share / T::of(2.0);
         let scatter = self.scatter(mean);
         let axis = Angle::from_radians(second.beta.atan2(second.alpha) / T::of(2.0));
-        // By what each direction's y errs, on the pole's harmonic along the axis and on the axis's own across it.
+        // Known errors of each direction's y: their parts of the first harmonic along the axis, which gives the pole, and of
+        // the second across it, which gives the axis.
         let (sin, cos) = axis.radians().sin_cos();
         let along = AlphaBeta::new(cos, sin);
         let across = AlphaBeta::new(-(sin + sin) * cos, cos * cos - sin * sin);
@@ -279,8 +284,8 @@ impl<T: Real> SixPulse<T> {
             of_pole = of_pole + pole * pole * variance / T::of(9.0);
             of_axis = of_axis + angle * angle * variance / T::of(9.0);
         }
-        // Of six values with the variance σ² each component of a harmonic has σ²/3, and the third harmonic alone σ²/6: one that is
-        // beyond two of its deviations says that there is more than is known.
+        // If each of six values has the variance σ², each component of a harmonic has σ²/3, and the third harmonic, a single
+        // number, σ²/6. A third harmonic beyond two of its deviations shows errors that are not known.
         let third_part = T::of(1.0 / 3.0);
         let scatter = scatter * third_part;
         let unknown = (T::of(0.5) * third * third - all - scatter).max(T::zero());
@@ -297,8 +302,8 @@ impl<T: Real> SixPulse<T> {
         let deviation = (of_pole + unknown + scatter + changing).sqrt();
         let pointer = Pointer { direction: first, deviation };
         let of_axis = (of_axis + gains + scatter).sqrt() / (ratio * T::of(2.0));
-        // A core that saturates leaves a third harmonic, which says nothing of a current across the magnet. Of times all noise is known; between
-        // rounds they differ by what the rotor moves, too.
+        // The third harmonic of a saturating core is no current across the magnet. The noise of times is known; their scatter
+        // between rounds also contains the rotor's movement.
         let noise = if s.timed { T::zero() } else { scatter };
         let across = Pointer { deviation: (of_pole + noise + changing).sqrt(), ..pointer };
         self.check_standing(&across, (axis, of_axis), s.saliency.factor::<T>() * ratio)?;

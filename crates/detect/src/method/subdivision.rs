@@ -29,9 +29,9 @@ use crate::settings::{SettingsError, require, require_positive, require_share, r
 pub struct SubdivisionSettings<T> {
     /// The vectors, and the polarity test that follows them.
     pub vector: PolaritySettings<T>,
-    /// Rough d-axis inductance in H, to choose their voltage.
+    /// Rough d-axis inductance in H, from which the vectors' voltage is chosen.
     pub d_axis_inductance: T,
-    /// Halvings of the angle after the first round.
+    /// Number of halvings of the angle after the first round.
     pub halvings: u8,
     /// Sign of the motor's L_B.
     pub saliency: SaliencySign,
@@ -68,27 +68,29 @@ impl<T: Real> SubdivisionSettings<T> {
     }
 }
 
-/// Angle in rad by which the vectors themselves may turn a free rotor from one to the opposite one: 4°.
+/// Angle in rad (4°) by which the vectors themselves may turn a free rotor between a vector and its opposite.
 const PUSHED: f64 = 4.0 * turning::DEGREE;
 
-/// Vectors of the first round.
+/// Number of vectors of the first round.
 const FIRST: usize = 12;
 
-/// The subdividing detector.
+/// The detector by pulse subdivision.
 pub type Subdivision<T> = ThenPole<T, Halving<T>>;
 
-/// Its measurement.
+/// The measurement of the pulse subdivision: vectors in ever smaller steps of the angle.
 #[derive(Clone, Debug)]
 pub struct Halving<T> {
     settings: SubdivisionSettings<T>,
-    /// Answers of the first round in A per V of the link.
+    /// Currents of the first round, each along its vector, in A per V of the link.
     first: [T; FIRST],
-    /// Sums in A of the currents of opposite vectors of that round, and whether a sensor did not see one.
+    /// Sums in A of the currents of opposite vectors of that round; `derived`, the next field: whether a current was
+    /// not seen by a sensor of its own.
     opposite: [AlphaBeta<T>; FIRST / 2],
     derived: bool,
-    /// Vectors given.
+    /// Number of vectors given so far.
     given: usize,
-    /// Best direction in rad and its current; the field after it is the best of the present round.
+    /// Best direction so far in rad, and its score: the current in A/V, with the sign that makes the best one largest.
+    /// `centre`, the next field: direction in rad around which the vectors of the present round lie.
     best: (T, T),
     centre: T,
 }
@@ -158,7 +160,7 @@ impl<T: Real> Halving<T> {
         Ok(())
     }
 
-    /// Returns a harmonic of the currents of the first round: (2/12) Σ current e^{j n φ}.
+    /// Returns the harmonic n = `order` of the currents of the first round: (2/12) Σ current e^{j n φ}.
     fn harmonic(&self, order: f64) -> AlphaBeta<T> {
         let zero = AlphaBeta::new(T::zero(), T::zero());
         self.first.iter().enumerate().fold(zero, |sum, (k, answer)| {
@@ -170,8 +172,8 @@ impl<T: Real> Halving<T> {
     fn check_saliency(&mut self, settler: &mut Settler<T>) -> Result<(), Fault<T>> {
         let mean = self.first.iter().fold(T::zero(), |sum, answer| sum + *answer) / T::of(FIRST as f64);
         // (1/L_d − 1/L_q)/(1/L_d + 1/L_q) = |L_B|/L_A.
-        // The fourth and the fifth harmonic stand for what else may be in the second: noise has as much of each, and neither
-        // saliency nor the poles have any. So does the sixth, a single number with twice the variance.
+        // Noise has equal parts in all harmonics, and saliency and poles have none in the fourth to sixth: these
+        // estimate the noise of the second. The sixth is a single number with twice the variance.
         let [fourth, fifth, sixth] = [4.0, 5.0, 6.0].map(|order| self.harmonic(order) * (T::one() / mean));
         let squares = fourth.dot(fourth) + fifth.dot(fifth) + sixth.alpha * sixth.alpha / T::of(2.0);
         let freedom = T::of(5.0);
@@ -182,10 +184,10 @@ impl<T: Real> Halving<T> {
     }
 
     /// Checks that the rotor stands still, from the currents of opposite vectors, six waits apart. If the axis turns by
-    /// δ meanwhile, the two leave `−2 δ κ I e^{j(2θ − φ)}` of the mean current I, with κ = (L_q − L_d)/(L_q + L_d). In
-    /// the rotor's frame a saturating core leaves `A + B cos 2x` along the magnet and `C sin 2x` across it, with x = φ
-    /// − θ, and the induced voltage leaves a constant, like an offset. The speed is estimated from the rest of the six
-    /// sums.
+    /// δ in between, the sum of the two currents is `−2 δ κ I e^{j(2θ − φ)}`, with the mean current I and κ = (L_q −
+    /// L_d)/(L_q + L_d). In the rotor's frame, a saturating core adds `A + B cos 2x` along the magnet and `C sin 2x`
+    /// across it, with x = φ − θ, and the induced voltage adds a constant, like an offset. The speed is estimated from
+    /// the part of the six sums that these leave unexplained.
     fn check_standing(&mut self, dc_link: T, settler: &mut Settler<T>) -> Result<(), Fault<T>> {
         const PAIRS: usize = FIRST / 2;
         let s = &self.settings;
@@ -214,9 +216,10 @@ impl<T: Real> Halving<T> {
         let seconds = seconds * T::of(PAIRS as f64);
         let ahead = product / square * seconds;
         let deviation = turning::deviation(variance, freedom, self.derived) * seconds;
-        // An axis that is a little off leaves a share of what saturates.
+        // If the axis is slightly wrong, a share of the saturation's part is left.
         let askew = (all / square).sqrt() * seconds * T::of(turning::UNEVEN);
-        // An axis that has turned by a half meanwhile looks the same: no vector is near enough to its opposite to tell a direction.
+        // An axis that has turned by half a turn looks the same, and no vector follows its opposite soon enough to show
+        // a direction.
         turning::check_axis(&mut settler.margin, (ahead, seconds), deviation, T::of(PUSHED) + askew, None)
     }
 }

@@ -85,17 +85,17 @@ impl Place {
 pub struct Sensing<T> {
     /// Nominal corner frequency in Hz of the current sensors' first-order filters: they lag by 1/(2π f). None: no filter.
     pub bandwidth: Option<T>,
-    /// Largest relative deviation of each phase's corner frequency from the common deviation of all phases, which is
-    /// fitted.
+    /// Largest relative deviation of a phase's corner frequency from the mean of all phases. The mean's own deviation
+    /// from the nominal value is fitted.
     pub bandwidth_mismatch: T,
-    /// The converter takes phases a, b and c (0, 1 and 2) one after the other: k this much times k after the trigger, but none
-    /// after the end of its command. The DC link is taken together with phase a.
+    /// Delay between the conversions of successive phases. Phase k (a, b, c: 0, 1, 2) is converted k times this after
+    /// the trigger, but never after the end of its command. The DC link's voltage is converted together with phase a.
     pub skew: Nanos,
     /// Time from the first conversion of a sample to its last one; a reading is the mean of several evenly spaced
     /// conversions.
     pub averaged: Nanos,
-    /// Amplitude in A of the pick-up of a leg's edge in all current readings, and the time constant in s with which it
-    /// decays. Zeros: no pick-up.
+    /// Amplitude in A of the disturbance that an edge of a leg adds to all current readings (pick-up), and the time
+    /// constant in s with which it decays. Zeros: no pick-up.
     pub pick_up: [T; 2],
     /// Arrangement of the current sensors.
     pub place: Place,
@@ -110,11 +110,11 @@ pub struct Sensing<T> {
 /// The dividers through which a drive reads its terminals' voltages, as their data sheets state them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dividers<T> {
-    /// Standard deviation of their gains, relative. Zero: equal.
+    /// Standard deviation of the dividers' gains, relative. Zero: equal.
     pub gain_tolerance: T,
-    /// Standard deviation of their offsets in V of the terminal.
+    /// Standard deviation of the dividers' offsets in V of the terminal.
     pub offset: T,
-    /// Corner frequency in Hz of their first-order filters. None: no filter.
+    /// Corner frequency in Hz of the dividers' first-order filters. None: no filter.
     pub bandwidth: Option<T>,
 }
 
@@ -186,8 +186,8 @@ impl<T: Real> Sensing<T> {
         self.bandwidth.map_or(T::zero(), |corner| (T::TAU() * corner).recip())
     }
 
-    /// Returns the standard deviation in s of one line's τ from that of the others: the mean of two sensors, each with
-    /// a uniform deviation.
+    /// Returns the standard deviation in s of a line's τ, relative to the other lines: the mean of two sensors, each
+    /// with a uniform deviation.
     pub(crate) fn lag_deviation(&self) -> T {
         self.lag() * self.bandwidth_mismatch / T::of(6.0).sqrt()
     }
@@ -239,8 +239,8 @@ impl<T: Real> Sensing<T> {
         }
     }
 
-    /// Returns the effective rise time in s that lagging sensors show for a current that has risen linearly for `time`:
-    /// less by τ, after some τ.
+    /// Returns the effective rise time in s that lagging sensors show for a current that has risen linearly for `time`.
+    /// Once a few τ have passed, it is shorter by τ.
     pub(crate) fn seen(&self, time: T) -> T {
         let lag = self.lag();
         if lag > T::zero() { time - lag * (T::one() - (-time / lag).exp()) } else { time }
@@ -257,7 +257,7 @@ impl<T: Real> Sensing<T> {
         move |time| alike || time + skew < pulse || time > until
     }
 
-    /// Returns the key that decides [`Self::blank`].
+    /// Returns the key with the largest contribution to [`Self::blank`].
     pub(crate) fn blank_key(&self) -> &'static str {
         if self.blank() > T::of(self.settle.seconds()) { "sensors.pick_up_decay" } else { "sensors.settle" }
     }

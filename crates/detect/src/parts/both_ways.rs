@@ -19,7 +19,7 @@ use crate::settings::{SettingsError, require, require_error, require_share};
 /// Settings of a method by line pulses in both directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BothWaysSettings<T> {
-    /// Pulses; for an adaptive method, the first ones.
+    /// The pulses; of an adaptive method, the first train.
     pub train: PulseTrainSettings<T>,
     /// Sign of the motor's L_B.
     pub saliency: SaliencySign,
@@ -81,7 +81,7 @@ impl<T: Real> BothWaysSettings<T> {
     ) -> ([T; 3], Saliency<T>) {
         let gains = GainComparison::line_gains(ratios, derived);
         let lines = core::array::from_fn(|k| lines[k] * gains[k].exp());
-        // Pulses both ways leave nothing of saturation that depends on the pole.
+        // The mean of both directions has no effect of saturation that depends on the pole.
         let saliency = self.correction.apply(Abc(lines), self.saliency, None);
         findings.line_inductance = Some(Abc(lines));
         findings.mean_inductance = Some(saliency.mean);
@@ -105,7 +105,7 @@ impl<T: Real> BothWaysSettings<T> {
         significance::check(margin, saliency.ratio(), square, self.least_saliency)
     }
 
-    /// Checks the last reading of a pulse, whose line's sensors show these currents in A.
+    /// Checks the reading at the end of a pulse: the link's voltage, and that the currents of the sensors sum to zero.
     pub(crate) fn check_pulse(
         &self,
         train: &mut Train<T>,

@@ -26,7 +26,7 @@ use crate::settings::{SettingsError, Source};
 
 pub use settings::InjectionSettings;
 
-/// Position in time of an injection: steps of the voltage within cycles, cycles within a measurement.
+/// Position in time of an injection: step of the voltage within a cycle, and cycle within a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Clock {
     /// Step within the cycle.
@@ -38,7 +38,7 @@ pub struct Clock {
 impl Clock {
     const START: Self = Self { period: 0, cycle: 0 };
 
-    /// Advances by this many carrier periods.
+    /// Advances by one step; `periods`: number of steps per cycle.
     fn advance(&mut self, periods: u16) {
         self.period += 1;
         if self.period >= periods {
@@ -48,7 +48,7 @@ impl Clock {
     }
 }
 
-/// Demodulator of an injection: the injected voltage, and how its current is read.
+/// Demodulator of an injection: defines the injected voltage, and evaluates the current.
 pub trait Demodulator<T: Real>: 'static {
     /// Makes the state before the first measurement.
     fn new() -> Self;
@@ -79,7 +79,7 @@ pub trait Demodulator<T: Real>: 'static {
     ) -> Result<Option<Angle<T>>, Fault<T>>;
 }
 
-/// Settings of an injection of the kind that `D` is.
+/// Settings of an injection; the type `D` defines the kind of injection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InjectionMethod<T, D>(pub InjectionSettings<T>, pub PhantomData<D>);
 
@@ -93,7 +93,7 @@ impl<T: Real, D: Demodulator<T>> InjectionMethod<T, D> {
 /// A detector by injection; the type `D` defines the kind of injection.
 pub type Injection<T, D> = ThenPole<T, Injecting<T, D>>;
 
-/// Its measurement.
+/// The measurement of an injection.
 #[derive(Clone, Debug)]
 pub struct Injecting<T, D> {
     settings: InjectionSettings<T>,
@@ -103,7 +103,7 @@ pub struct Injecting<T, D> {
     /// Last link voltage in V and currents in A, offsets removed.
     dc_link: T,
     current: Abc<T>,
-    /// With windows: the readings of the first period of the pair; none before it.
+    /// With windows: the currents in A of the first period of a pair; none until it has been read.
     first: Option<[T; 2]>,
 }
 
@@ -135,7 +135,7 @@ impl<T: Real, D: Demodulator<T>> Injecting<T, D> {
             return s.modulation.command(voltage, self.dc_link, [self.current, end], 1);
         };
         let currents = [self.current, end];
-        // Until the pair has been read its middle is as predicted.
+        // Until both periods of the pair have been read, the predicted current is used.
         self.current = end;
         windows.period(&s.modulation, voltage, self.dc_link, currents, self.first.is_some())
     }

@@ -183,8 +183,8 @@ impl<T: Real> Saliency<T> {
         })
     }
 
-    /// Returns the angle in rad by which the axis turned while the lines changed by these inductances in H, by least squares. A change that all
-    /// lines share, or one of the size of the saliency, turns no axis.
+    /// Returns the angle in rad by which the axis turned while the lines changed by these inductances in H, by least
+    /// squares. A change common to all lines, or of the saliency's size, does not turn the axis.
     pub(crate) fn turned(&self, changes: Abc<T>) -> T {
         // A turn by δ changes Z = L_B e^{j2θ} by j 2 δ Z.
         let (change, _) = reflection(changes);

@@ -14,8 +14,8 @@
 //! winding has. Each line's offset is therefore estimated beside its losses: a part that all lines have in common, of any size, and a rest
 //! with a normal distribution, of which the drive's data sheet says the width.
 //!
-//! The amounts are set against the time 2 s (1 − s / (2 t₁)) alone, so that the result is linear in the currents: what a magnet that turns
-//! adds forward it takes away backward.
+//! The differences are fitted over the time 2 s (1 − s / (2 t₁)) alone, so that the result is linear in the currents:
+//! the effect of a turning magnet cancels between forward and backward pulses.
 
 use standstill_interface::{Fault, Phase, Reading, Real};
 
@@ -23,26 +23,29 @@ use super::margin::Margin;
 use super::train::{LINES, PulseTrainSettings, Slot, Train};
 use crate::nameplate::Place;
 
-/// Standard deviations up to which a difference is noise.
+/// Number of standard deviations up to which a difference counts as noise.
 const DEVIATIONS: f64 = 6.0;
 
-/// Share of all losses by which phases may differ: saturation makes those of a line look larger or smaller, and so do irons.
+/// Share of all losses by which phases may differ: saturation makes the losses of a line look larger or smaller, and so
+/// does the iron.
 const ALIKE: f64 = 0.35;
 
 /// Least variance of a reading in A²: that of a nanoampere, which no converter resolves.
 const LEAST_NOISE: f64 = 1e-18;
 
-/// The pairs of samples of one line's pulses one way. A link that a pulse shows lower may leave it a pair less than another one.
+/// Statistics of the pairs of samples before and after the peak, of one line's pulses in one direction. A pulse with a
+/// lower reading of the link's voltage may have a pair less than another pulse.
 #[derive(Clone, Copy, Debug)]
 struct Pairs<T> {
     count: T,
     /// Mean current in A at the peak.
     peak: T,
-    /// Mean of the amounts in A by which currents after the peak fall short.
+    /// Mean of i(t₁ − s) − i(t₁ + s) in A, the amount by which the current after the peak falls short.
     short: T,
-    /// Mean of ∫ i dt / î = 2 s (1 − s / (2 t₁)) in s: short by that, times R î / L.
+    /// Mean of the time ∫ i dt / î = 2 s (1 − s / (2 t₁)) in s. A resistance R makes `short` R î / L times as much.
     time: T,
-    /// Sums of the squared deviations of these times and of these amounts from their means, and of the products of both.
+    /// Sums over the pairs: squared deviation of the time from its mean, in s²; that of the amount, in A²; product of
+    /// both, in A s.
     times: T,
     shorts: T,
     products: T,
@@ -59,7 +62,8 @@ pub(crate) struct Timing<T> {
     pub volts: T,
     /// Delay in s with which the samples show each line's current.
     pub late: [T; 3],
-    /// Standard deviation in s of the time between edges and samples: of a line's own part, beside that of all lines.
+    /// Standard deviation in s of each line's own part of the time between edges and samples, in addition to a part
+    /// that all lines have in common.
     pub deviation: T,
 }
 
@@ -76,7 +80,8 @@ impl<T: Real> Pairs<T> {
         self.products = self.products + apart * (short - self.short);
     }
 
-    /// Returns the pairs of both ways as one set. Their residuals are not those of the two: both ways differ where a core saturates.
+    /// Combines the pairs of both directions into one set. Residuals must be taken from each direction by itself,
+    /// because the directions differ if a core saturates.
     fn and(&self, other: &Self) -> Self {
         let count = self.count + other.count;
         let (share, between) = (other.count / count, self.count * other.count / count);
@@ -113,7 +118,8 @@ impl<T: Real> Pairs<T> {
     /// Returns the slope in A/s of the amounts over the times, and its variance. `noise`: variance of an amount in A²; `offset`: expected
     /// amount at s = 0, and its variance.
     fn slope(&self, noise: T, (offset, variance): (T, T)) -> (T, T) {
-        // With no variance all of the mean belongs to the losses, with a large one nothing of it.
+        // If the offset is known exactly, the whole mean counts as losses; if its variance is large, nothing of the
+        // mean does.
         let share = noise / (self.count * variance + noise);
         let of_mean = share * self.count * self.time;
         let squares = self.times + of_mean * self.time;
@@ -146,8 +152,8 @@ impl<T: Real> Losses<T> {
         (1..on).take_while(|pair| T::of(*pair as f64) <= until).count()
     }
 
-    /// Adds a pulse that so many volts drive, the link less the drop of the switches. Where rising and falling currents are read by different
-    /// shunts, their gains would look like losses.
+    /// Adds a pulse; `volts`: driving voltage in V, the link's less the drop of the switches. Does nothing if different
+    /// shunts read rising and falling currents, because their gains would look like losses.
     pub fn add(
         &mut self,
         train: &Train<T>,
@@ -182,7 +188,7 @@ impl<T: Real> Losses<T> {
         if self.0.iter().flatten().any(|pairs| pairs.count < T::one()) {
             return None;
         }
-        // Jitter and steps of a converter scatter the amounts, but not the readings without current.
+        // Jitter and the steps of a converter scatter the amounts, but do not show in readings without current.
         let (sum, freedom) = self
             .0
             .iter()
@@ -190,7 +196,7 @@ impl<T: Real> Losses<T> {
             .map(Pairs::residuals)
             .fold((T::zero(), T::zero()), |(a, b), (c, d)| (a + c, b + d));
         let scatter = if freedom > T::zero() { sum / freedom } else { T::zero() };
-        // Two currents of a pair, each the mean of two sensors.
+        // Variance of an amount: the difference of two currents, each the mean of two sensors.
         let noise = noise.max(scatter).max(T::of(LEAST_NOISE));
         // A current that is read later has risen more before the peak, and fallen more after it.
         let by_time = lines.map(|line| T::of(2.0) * timing.volts / line);

@@ -11,8 +11,8 @@ pub struct Margin<T> {
     unseen: Unseen<T>,
 }
 
-/// Speed in rad/s up to which comparisons of two axes show no turn, and the one from which on the axis may have turned by half a turn as
-/// well: by a right angle in the time between both.
+/// Limits in rad/s of comparisons of two axes. Up to `speed` they show no turn. From `folds` on, a right angle in the
+/// time between both, a turn is ambiguous, because an axis looks the same after half a turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unseen<T> {
     speed: T,
@@ -37,8 +37,8 @@ impl<T: Real> Margin<T> {
         }
     }
 
-    /// Adds the waits for a current to decay. At the end of the last wait the current was this many thresholds; the
-    /// margin is the number of further waits that would have been needed and allowed.
+    /// Adds the waits for a current to decay: `waits` of at most `attempts`. At the end of the last wait the current
+    /// was `thresholds` times the threshold, which counts as this share of a wait.
     pub fn waited(&mut self, waits: u16, attempts: u16, thresholds: T) {
         let taken = T::of(f64::from(waits)) - T::one() + thresholds;
         self.at_most(taken, T::of(f64::from(attempts)));
@@ -51,14 +51,15 @@ impl<T: Real> Margin<T> {
         self.smallest = self.smallest.min(if beyond { -T::one() } else { margin });
     }
 
-    /// Adds a comparison of two axes, so many seconds apart, that does not show a speed in rad/s.
+    /// Adds a comparison of two axes, `seconds` apart, that does not show a speed of up to `speed` in rad/s.
     pub fn compared(&mut self, speed: T, seconds: T) {
         if speed < self.unseen.speed {
             self.unseen = Unseen { speed, folds: T::FRAC_PI_2() / seconds };
         }
     }
 
-    /// Returns the largest speed in rad/s of a rotor that no comparison of axes shows, and that is at most `most` by another check.
+    /// Returns the largest speed in rad/s that a rotor may have: at most `most` by another check, and not shown by a
+    /// comparison of axes.
     pub fn unseen(&self, most: T) -> T {
         if most < self.unseen.folds { most.min(self.unseen.speed) } else { most }
     }

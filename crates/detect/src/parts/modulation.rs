@@ -13,7 +13,7 @@ pub struct ModulationSettings<T> {
     pub carrier_period: Nanos,
     /// Dead time of the drive, for its compensation. Zero: none.
     pub dead_time: Nanos,
-    /// Voltage in V that a device takes, switch or diode. Zero: not compensated.
+    /// Voltage drop in V of a device, switch or diode. Zero: not compensated.
     pub drop: T,
     /// Rough inductance in H of a phase, for the ripple of the current.
     pub inductance: T,
@@ -39,7 +39,8 @@ impl<T: Real> ModulationSettings<T> {
         Some(Value::Flag(self.dead_time > Nanos::ZERO || self.drop > T::zero()))
     }
 
-    /// Switches the compensation of both off if the value is false. The values to compensate are known from the drive.
+    /// Switches the compensation of both off if the value is false. True changes nothing: the values to compensate are
+    /// the drive's.
     pub(crate) fn set_compensation(&mut self, value: Value) -> bool {
         if !value.is_set() {
             (self.dead_time, self.drop) = (Nanos::ZERO, T::zero());
@@ -61,7 +62,7 @@ impl<T: Real> ModulationSettings<T> {
         require_positive(self.fade, "modulation.fade")
     }
 
-    /// Loss of a leg's voltage by dead time and drops, as a share of the link.
+    /// Returns the loss of a leg's voltage by dead time and drops, as a share of the link.
     pub(crate) fn lost(&self, dc_link: T) -> T {
         T::of(self.dead_time.seconds()) / T::of(self.carrier_period.seconds()) + self.drop / dc_link
     }

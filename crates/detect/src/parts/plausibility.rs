@@ -24,7 +24,8 @@ pub struct PlausibilitySettings<T> {
     pub idle_is_blocked: bool,
     /// Smallest and largest inductance in H of two phases in series of the data sheet's motor, without current.
     pub line: [T; 2],
-    /// Pulse in s that raises the rated current, and the share of the inductance that its current leaves.
+    /// Pulse in s that raises the rated current; `saturates`, the next field: share of the inductance that is left at
+    /// that current.
     pub rated_pulse: T,
     pub saturates: T,
     /// Largest difference between a line's forward and backward inductances, as a share of their mean: caused by all
@@ -32,9 +33,10 @@ pub struct PlausibilitySettings<T> {
     pub both_ways: [T; 2],
     /// Smallest and largest voltage in V of the DC link.
     pub dc_link: [T; 2],
-    /// Standard deviation in s of the time between edges and samples: of a line's own part, beside that of all lines.
+    /// Standard deviation in s of each line's own part of the time between edges and samples, in addition to a part
+    /// that all lines have in common.
     pub edge_deviation: T,
-    /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
+    /// Flux linkage of the magnet in Wb, by which a turning rotor induces a voltage; zero without a magnet.
     pub magnet_flux: T,
 }
 
@@ -51,16 +53,17 @@ const BLOCKED: f64 = 2.2;
 /// of the variance in the zeroing. Some twenty readings exceed it by chance in one of a hundred million starts.
 const SCATTER: f64 = 4.0;
 
-/// Share of the current, in rms, by which sensors may be uneven in a pulse: filters that differ, edges, bends.
+/// Rms difference of two intact sensors in a pulse, as a share of the current: filters that differ, edges, bends.
 const UNEVEN: f64 = 0.005;
 
-/// Returns the largest difference between forward and backward responses of whole parts, as a share of their mean: by all parts of the
-/// drive, and by the poles at rated current.
+/// Returns the largest difference between the forward and backward responses of an intact drive, as a share of their
+/// mean: the part of all components of the drive, and the part of the poles at rated current.
 fn by_poles<T: Real>(drive: &Nameplate<T>) -> [T; 2] {
     [T::of(0.1), T::of(2.0) * drive.polarity_difference.abs()]
 }
 
-/// Returns that difference for currents near the rated one. A data sheet without a difference of the poles limits none: 2, the largest there is.
+/// Returns the sum of both parts for currents near the rated one. If the data sheet states no difference of the poles,
+/// returns 2, the largest possible value, which limits nothing.
 pub(crate) fn both_ways<T: Real>(drive: &Nameplate<T>) -> T {
     let [parts, poles] = by_poles(drive);
     if poles > T::zero() { parts + poles } else { T::of(2.0) }
@@ -143,7 +146,7 @@ impl<T: Real> PlausibilitySettings<T> {
         idle: T,
         allowed: T,
     ) -> Result<(), Fault<T>> {
-        // What follows from the other two agrees with them.
+        // A current that is derived from the other two always agrees with them.
         let derived = Phase::ALL.iter().any(|phase| reading.sensed[*phase] != Sensed::Measured);
         if derived || !self.checks.has(Check::Sensors) {
             return Ok(());
@@ -174,7 +177,7 @@ impl<T: Real> PlausibilitySettings<T> {
         lines: [T; 3],
         (volts, late): (T, [T; 3]),
     ) -> Result<(), Fault<T>> {
-        // Where the third leg's diodes take a part of the current, lines differ by it.
+        // If the third leg's diodes carry a part of the current, lines differ for that reason.
         let on = self.checks.has(Check::Contact) && self.idle_is_blocked;
         if on {
             losses.check(margin, train, lines, Timing { volts, late, deviation: self.edge_deviation })
@@ -183,15 +186,15 @@ impl<T: Real> PlausibilitySettings<T> {
         }
     }
 
-    /// Checks that the two sensors of each line differ by a factor and by noise alone. A bit of a code that is always set or clear
-    /// makes steps, which no factor takes away.
+    /// Checks that the two sensors of each line differ only by a factor and by noise. A stuck bit of a converter makes
+    /// steps, which no factor explains.
     pub(crate) fn codes(
         &self,
         margin: &mut Margin<T>,
         gains: &GainComparison<T>,
         train: &Train<T>,
     ) -> Result<(), Fault<T>> {
-        // One shunt has no second sensor, and neither has a line of two.
+        // A single shunt has no second sensor to compare, nor has a line whose other phase is derived.
         let both =
             train.settings.place == Place::InLine && train.derived == Derived::None && self.idle_is_blocked;
         if !both || !self.checks.has(Check::Codes) {
@@ -208,8 +211,8 @@ impl<T: Real> PlausibilitySettings<T> {
         Ok(())
     }
 
-    /// Checks the inductances in H of the three lines, backward and forward, which pulses of this length have shown; `resistance` of a phase in
-    /// Ω, where what it takes of a pulse counts as inductance.
+    /// Checks the inductances in H of the three lines, backward and forward, from pulses of this length; `resistance`:
+    /// that of a phase in Ω, if the inductances contain its effect, else zero.
     pub(crate) fn inductances(
         &self,
         margin: &mut Margin<T>,

@@ -41,21 +41,21 @@ const BY_CHANCE: f64 = 4.0;
 /// Result of the polarity test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pole<T> {
-    /// The north pole's electrical angle, or one end of the axis if there is a reason.
+    /// The north pole's electrical angle or, if the pole is undetermined, that of one end of the axis.
     pub angle: Angle<T>,
     /// Why the pole is undetermined; none: it is determined.
     pub undetermined: Option<Undetermined<T>>,
     /// The two currents compared: means over all pairs.
     pub polarity: Option<Polarity<T>>,
-    /// Probability that the pole is wrong, where the rule knows it.
+    /// Probability that the pole is wrong, if the rule estimates it.
     pub error: Option<T>,
-    /// Evidence for it, referred to `angle`; none without a signature.
+    /// Evidence for the pole, referred to `angle`; none without a signature.
     pub evidence: Option<PoleEvidence<T>>,
 }
 
 impl<T: Real> Pole<T> {
-    /// Returns the end of `axis` that the evidence for north favours, if it suffices; otherwise an open pole for this
-    /// reason.
+    /// Returns the end of `axis` that the evidence for north favours, if it suffices; otherwise a pole that is
+    /// undetermined for this reason.
     fn decided(axis: Angle<T>, evidence: Option<PoleEvidence<T>>, reason: Undetermined<T>) -> Self {
         let named = evidence.is_some_and(|evidence| evidence.is_enough());
         let towards = evidence.is_some_and(|evidence| evidence.deviations > T::zero());
@@ -69,7 +69,7 @@ impl<T: Real> Pole<T> {
         }
     }
 
-    /// Leaves the pole open for this reason, whatever its evidence.
+    /// Makes the pole undetermined for this reason, whatever its evidence.
     fn open(&mut self, reason: Undetermined<T>) {
         self.undetermined = Some(reason);
         self.evidence = self.evidence.map(|evidence| PoleEvidence { needed: T::infinity(), ..evidence });
@@ -103,7 +103,7 @@ pub(crate) enum PolarityStep<T> {
 }
 
 impl<T: Real> PolarityStep<T> {
-    /// Returns the step of the whole detector, which has these findings from before.
+    /// Converts to a step of the whole detector, with its earlier findings.
     pub fn with(self, findings: Findings<T>) -> Step<T> {
         match self {
             Self::Drive(command) => Step::Drive(command),
@@ -120,7 +120,7 @@ enum State {
     Shorted,
 }
 
-/// The polarity test, once an axis is known.
+/// The polarity test of a known axis.
 #[derive(Clone, Debug)]
 pub(crate) struct PolarityTest<T> {
     settings: PolaritySettings<T>,
@@ -133,23 +133,26 @@ pub(crate) struct PolarityTest<T> {
     /// Responses in A of the present pair, the north candidate first; the field after it has them in A/V.
     current: [T; 2],
     response: [T; 2],
-    /// Sums over the pairs.
+    /// Sums over the pairs: the currents in A along the axis and against it, the relative differences of the responses,
+    /// and the squares of these differences.
     along: T,
     against: T,
     sum: T,
     squares: T,
-    /// Responses across the axis in A/V of the present pair, in the axis' frame: their sum is what does not reverse with the voltage. Then the
-    /// sum over the pairs, relative to the mean response along the axis. Zero where sensors do not show the whole vector.
+    /// Responses across the axis in A/V of the present pair, in the axis's frame; their sum is the part that does not
+    /// reverse with the voltage. `across`, the next field: that sum over the pairs, relative to the mean response along
+    /// the axis. Zero if the sensors do not show the whole current vector.
     sideways: [T; 2],
     across: T,
-    /// What the magnet drove through shorted terminals; none before.
+    /// Current that the magnet drove through the shorted terminals; none before they were shorted.
     driven: Option<Driven<T>>,
     /// Time since the middle of the axis' measurement.
     since: Nanos,
 }
 
 impl<T: Real> PolarityTest<T> {
-    /// Makes a test of an axis that a method measured so long before on average; `settler` knows the noise from the method's waits.
+    /// Makes a test of an axis; `since`: time since the middle of the axis's measurement; `settler`: knows the noise
+    /// from the method's waits.
     pub fn new(
         settings: PolaritySettings<T>,
         settler: Settler<T>,
@@ -303,7 +306,7 @@ impl<T: Real> PolarityTest<T> {
     fn differences(&self) -> (T, T, T) {
         let n = T::of(f64::from(self.pairs()));
         let mean = self.sum / n;
-        // Two i_d and their two offsets.
+        // Noise of two i_d and of their two offsets.
         let noise = self.settler.noise.deviation() * n * T::of(2.0) / (self.along + self.against);
         let least = T::of(4.0) * self.settings.by_reading() * noise * noise;
         let scatter = (self.squares - self.sum * mean) / (n - T::one());
@@ -329,7 +332,7 @@ impl<T: Real> PolarityTest<T> {
             return false;
         }
         let (_, variance, least) = self.differences();
-        // More than the sensors' noise makes of it is known from the pairs alone.
+        // A scatter beyond the sensors' noise is known from the pairs alone, so it takes more of them.
         let known = variance <= T::of(BY_CHANCE) * least || pairs >= SCATTERED_PAIRS;
         let (mean, variance) = self.mean(sequential);
         known && sequential.evidence(mean, variance).is_enough()

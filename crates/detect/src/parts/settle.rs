@@ -21,14 +21,14 @@ pub struct SettleSettings<T> {
     /// Phase current in A below which the current counts as decayed: above the sensors' offset and noise, but small
     /// enough not to disturb the next pulse.
     pub threshold: T,
-    /// Waits before giving up.
+    /// Number of waits before the detection fails.
     pub attempts: u16,
     /// Arrangement of the current sensors. The current of a single shunt in the DC link is used instead of the phases'.
     pub place: Place,
 }
 
 impl<T: Real> SettleSettings<T> {
-    /// Waits of so many µs, until 2.5 % of the rated current are left.
+    /// Returns settings with waits of `micros` µs, until 2.5 % of the rated current are left.
     pub(crate) fn suited(drive: &Nameplate<T>, micros: u64, attempts: u16) -> Self {
         let threshold = drive.rated_current * T::of(0.025);
         Self { wait: Nanos::from_micros(micros), threshold, attempts, place: drive.sensing.place }
@@ -48,8 +48,8 @@ impl<T: Real> SettleSettings<T> {
         Command::hold(stage, Sampling::twice(early, self.wait))
     }
 
-    /// Evaluates a wait: returns the residual currents and the largest of them. A shunt in the DC link stands for each
-    /// phase.
+    /// Evaluates a wait: returns the residual currents and the largest of them, in A. The reading of a shunt in the DC
+    /// link stands for each phase.
     fn judge(&self, readings: &[Reading<T>]) -> Result<(Abc<T>, T), Fault<T>> {
         let [_, last] = readings else { return Err(Fault::UnexpectedReadings) };
         if self.place == Place::InLink {
@@ -60,7 +60,7 @@ impl<T: Real> SettleSettings<T> {
             }
             return Ok((Abc([last.link_current; 3]), most));
         }
-        // What no sensor sees has no offset that anyone knew.
+        // A current that no sensor sees has no known offset.
         let residual = Abc(core::array::from_fn(|k| match last.sensed.0[k] {
             Sensed::Hidden => T::zero(),
             _ => last.current.0[k],
@@ -74,7 +74,7 @@ impl<T: Real> SettleSettings<T> {
     }
 }
 
-/// A current in A or a voltage in V beyond which no sensor reads: it and its square keep their digits in sums.
+/// Largest magnitude, in A or V, that counts as a reading of a sensor; its square still keeps its digits in sums.
 const MOST: f64 = 1e9;
 
 /// Returns whether a sensor can have read this number.
@@ -152,7 +152,7 @@ pub(crate) struct Settler<T> {
     released: bool,
     /// The last currents in A of the last wait: offsets plus the remaining current.
     pub residual: Abc<T>,
-    /// Sum of such currents over the waits, and their number.
+    /// Sum of `residual` in A over the waits, and their number.
     residuals: (Abc<T>, T),
     /// DC link in V at the end of the last wait.
     pub dc_link: T,
@@ -266,7 +266,7 @@ impl<T: Real> Noise<T> {
         (self.squares / (self.pairs + self.pairs).max(T::one())).sqrt()
     }
 
-    /// Degrees of freedom of that.
+    /// Returns the degrees of freedom of [`Self::deviation`].
     pub fn freedom(&self) -> T {
         self.pairs
     }

@@ -12,10 +12,10 @@
 //!
 //! Contributions to σ²:
 //!
-//! * **Line inductances** whose relative errors have the variance ε²: z is 2/3 of their mean with the weights e^{j2φ_k}
-//!   beside their mean, equations (5) and (6), so `σ² = 2 ε²/3` and `σ_θ = 0.408 ε/(|L_B|/L_A)`: [`of_lines`]. ε² is
-//!   noise, from the scatter of pulses or the residuals of a fit; the gain tolerance of the one sensor that reads a
-//!   line, or the rest of it after a comparison of the sensors; and the legs' delays: [`of_timing`].
+//! * **Line inductances** whose relative errors have the variance ε²: by equations (5) and (6), z is twice their mean
+//!   with the weights e^{j2φ_k}, divided by their mean, so `σ² = 2 ε²/3` and `σ_θ = 0.408 ε/(|L_B|/L_A)`: [`of_lines`].
+//!   ε² is noise, from the scatter of pulses or the residuals of a fit; the gain tolerance of the one sensor that reads
+//!   a line, or the rest of it after a comparison of the sensors; and the legs' delays: [`of_timing`].
 //! * **Current vectors** read by three sensors with gains 1 + δ_k: a current I is read as `I (1 + Σ δ_k/3) + I* Σ δ_k
 //!   e^{j2γ_k}/3`, γ_k = 0°, 120°, 240°. The conjugate part looks like saliency: `σ² = ε²/6`, 0.408 ε again:
 //!   [`of_phases`].
@@ -27,17 +27,17 @@ use standstill_interface::{Fault, Real};
 
 use crate::parts::margin::Margin;
 
-/// Standard errors that a saliency must exceed.
+/// Number of standard errors that a saliency must exceed.
 pub(crate) const SIGNIFICANT: f64 = 4.0;
 
 /// Probability with which an estimate from few samples may be so small that errors pass for a saliency.
 const CHANCE: f64 = 1e-3;
 
-/// Standard deviation of a leg's delay that a drive is trusted to have, as a share of its dead time: 100 ns of 2 µs.
+/// Assumed standard deviation of a leg's delay, as a share of the dead time: 100 ns of 2 µs.
 pub(crate) const DELAY: f64 = 0.05;
 
-/// Remainder of dead time and drops by the clamping of currents near zero, which no compensation knows: measured on motors
-/// without saliency, 550 V and 12 V, as the saliency that they seem to have.
+/// Share of dead time and drops that no compensation removes, because currents near zero are clamped: measured as the
+/// apparent saliency of motors without saliency, at 550 V and 12 V.
 const LEFT: f64 = 0.03;
 
 /// Returns the variance of each component of z caused by relative errors of the line inductances with this variance.
@@ -86,9 +86,9 @@ pub(crate) fn of_pulsating_delays<T: Real>(dead_time: T, period: T, dc_link: T, 
     T::of(4.0) * of_rotating_delays(dead_time, period, dc_link, voltage)
 }
 
-/// Returns the variance that the legs' delays give a sum of the currents of two opposite vectors, across them and as a share of one of them: the
-/// loss of a leg whose current has turned over is another one, of other switches. As a vector, 2/3 Σ a^k of three losses has √(2/3) of one's
-/// deviation in each component.
+/// Returns the variance that the legs' delays cause in the sum of the currents of two opposite vectors, across the
+/// vectors and as a share of one of them. A leg whose current has reversed has another loss, by other switches. As a
+/// vector, 2/3 Σ a^k of three losses has √(2/3) of one loss's deviation in each component.
 pub(crate) fn of_vector_delays<T: Real>(dead_time: T, period: T, dc_link: T, voltage: T) -> T {
     let share = of_a_leg(dead_time, period, dc_link) / voltage;
     T::of(4.0 / 3.0) * share * share

@@ -11,7 +11,7 @@ use crate::parts::margin::Margin;
 use crate::parts::polarity::{PolaritySettings, PolarityTest};
 use crate::parts::settle::Settler;
 
-/// What follows a command of a measurement.
+/// Next step after a command of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Next<T> {
     /// A wait until the current is gone; the measurement then goes on with [`Measurement::rested`].
@@ -46,7 +46,7 @@ pub(crate) enum State<T> {
     Testing(PolarityTest<T>),
 }
 
-/// A detector that measures an axis in the way of `M` and then tests its pole.
+/// A detector that measures an axis with the measurement `M` and then tests its pole.
 #[derive(Clone, Debug)]
 pub struct ThenPole<T, M> {
     pub(crate) measurement: M,
@@ -54,7 +54,7 @@ pub struct ThenPole<T, M> {
     settler: Settler<T>,
     polarity: PolaritySettings<T>,
     findings: Findings<T>,
-    /// Length of the measurement so far, with its waits.
+    /// Duration of the measurement so far, with its waits.
     measured: Nanos,
 }
 

@@ -42,7 +42,7 @@ pub struct PulseTrainSettings<T> {
     pub pulse: Nanos,
     /// Time for which all gates are off after a pulse; longer than the current needs to decay.
     pub rest: Nanos,
-    /// Times that all six pulses are given.
+    /// Number of rounds of six pulses.
     pub rounds: u8,
     /// Interval between ADC samples; the pulse is a multiple of it.
     pub interval: Nanos,
@@ -51,9 +51,9 @@ pub struct PulseTrainSettings<T> {
     /// Phase current in A below which the current counts as decayed. Before the first pulse, while offsets are unknown,
     /// the threshold limits the change of the readings, and twice the threshold limits the readings.
     pub threshold: T,
-    /// Times that the zeroing is repeated before giving up on a current that does not go.
+    /// Number of zeroings before the detection fails because a current does not decay.
     pub attempts: u16,
-    /// Current in A that a pulse must at least raise.
+    /// Least current in A that a pulse must raise.
     pub least_current: T,
     /// Dead time of the drive.
     pub dead_time: Nanos,
@@ -65,14 +65,15 @@ pub struct PulseTrainSettings<T> {
     pub off_drop: T,
     /// Arrangement of the current sensors.
     pub place: Place,
-    /// Time from the end of a current in which terminals with a capacitance stop to ring with the winding. Rests that are shorter are
-    /// prolonged, where no sensor shows that current always, otherwise until it is gone.
+    /// Time from the end of a current until terminals with a capacitance no longer ring with the winding. A shorter
+    /// rest is prolonged: always if no sensor shows that current, otherwise until the current is gone.
     pub ringing: Nanos,
 }
 
 impl<T: Real> PulseTrainSettings<T> {
-    /// Pulses that raise half of the rated current (200 µs on the paper's motor) and three rounds: 9.4 ms there.
-    /// Sampled every `interval`, or `pulse` over a whole number near it.
+    /// Returns settings for this motor and drive: pulses that raise half of the rated current (200 µs on the paper's
+    /// motor), in three rounds (9.4 ms there). The samples are `interval` apart, or the next larger time that
+    /// divides the pulse evenly.
     pub fn suited(drive: &Nameplate<T>, interval: Nanos) -> Self {
         let pulse = drive.line_pulse(T::of(0.5));
         let parts = (pulse.0 / interval.0.max(1)).max(1);
@@ -149,12 +150,12 @@ impl<T: Real> PulseTrainSettings<T> {
         self.pulse + self.rest
     }
 
-    /// Samples of one pulse and its decay.
+    /// Returns the number of samples of one pulse and its decay.
     pub(crate) fn samples(&self) -> usize {
         usize::try_from(self.period().0 / self.interval.0.max(1)).unwrap_or(usize::MAX)
     }
 
-    /// Samples up to the end of the pulse; the last of them is at its very end.
+    /// Returns the number of samples up to the end of the pulse; the last of them is at its very end.
     pub(crate) fn samples_on(&self) -> usize {
         usize::try_from(self.pulse.0 / self.interval.0.max(1)).unwrap_or(usize::MAX)
     }
@@ -165,7 +166,8 @@ pub(crate) fn rest_after(pulse: Nanos) -> Nanos {
     Nanos(pulse.0 / 10) * 16
 }
 
-/// Returns a rest as a share of the pulse, as it was set, although times are whole nanoseconds.
+/// Returns a rest as a share of the pulse, rounded to a thousandth: as it was set, although times are whole
+/// nanoseconds.
 pub(crate) fn share_of(pulse: Nanos, rest: Nanos) -> f64 {
     let pulse = pulse.0.max(1);
     (rest.0.saturating_mul(1000).saturating_add(pulse / 2) / pulse) as f64 / 1e3
@@ -187,7 +189,7 @@ pub(crate) struct Train<T> {
     started: bool,
     /// Number of the present wait for a current that has not decayed; none while no such current is known.
     waits: u16,
-    /// Peak in A of the pulse before it.
+    /// Peak in A of the last pulse.
     last_peak: T,
     /// Offsets of the sensors in A.
     pub offset: Abc<T>,
@@ -224,7 +226,8 @@ impl<T: Real> Train<T> {
         }
     }
 
-    /// Takes the last command's readings: the pulse that they belong to, if it was one.
+    /// Evaluates the readings of the last command. Returns the pulse that they belong to; none if the command was no
+    /// pulse.
     pub fn take(&mut self, readings: &[Reading<T>]) -> Result<Option<Slot>, Fault<T>> {
         if !self.started {
             return Ok(None);
@@ -247,7 +250,7 @@ impl<T: Real> Train<T> {
             if peak < needed || !peak.is_finite() {
                 return Err(Fault::NoCurrent { peak, needed });
             }
-            // Of shunts it is known which one shows the current: one in the link has one gain for all lines.
+            // The shunt that shows a current is known, and one shunt in the link has one gain for all lines.
             if self.settings.place == Place::InLine {
                 self.derived = readings.iter().fold(self.derived, Derived::with);
             }
@@ -275,7 +278,7 @@ impl<T: Real> Train<T> {
         }
         self.offset = sum.map(|sum| sum / T::of(readings.len() as f64));
         self.noise = self.scatter(readings)?;
-        // What decays changes, and what does not decay is more than an offset.
+        // A current that decays changes the readings; one that does not decay exceeds any offset.
         let mut most = self.offset.0.iter().fold(zero, |most, offset| most.max(offset.abs())) / T::of(2.0);
         for reading in readings {
             most = most.max(self.beyond_offset(reading)?);

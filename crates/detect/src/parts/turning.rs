@@ -1,10 +1,10 @@
 //! Check whether the rotor turns: the voltage that its magnet induces makes forward and backward pulses differ across
 //! the axis.
 //!
-//! A magnet of flux ψ that turns at ω induces a voltage vector of ωψ across itself. The line in direction u sees its
-//! component `e = √3 ωψ (u · q)`, with q a quarter turn ahead of the north pole. A forward pulse has U − e to drive its
-//! current, a backward pulse U + e. Their inductances differ by `g e / U`, with a factor g of the method. Summed over
-//! the three directions,
+//! A magnet of flux ψ that turns at ω induces a voltage vector of ωψ at right angles to itself. The line in direction u
+//! sees its component `e = √3 ωψ (u · q)`, with q a quarter turn ahead of the north pole. A forward pulse has U − e to
+//! drive its current, a backward pulse U + e. Their inductances differ by `g e / U`, with a factor g of the method.
+//! Summed over the three directions,
 //! ```text
 //! D = along the magnet: saturation;   D_q = −g (3√3/2) ωψ / U
 //! ```
@@ -22,9 +22,10 @@ pub(crate) const AT_THE_END: f64 = 2.0;
 
 /// g of a method that fits a slope of the inductance over the current to the samples of a pulse and its decay.
 ///
-/// The current i of an even pulse rises to a peak at t₁ and falls as long. A slope c adds c i² / (2L), which squared and integrated
-/// over both halves is c² U⁴ t₁⁵ / (10 L⁶); the magnet adds −e t / L, in product with the former −c e U² t₁⁴ / (3 L⁴). The slope that
-/// fits best is −(10/3) e L² / (U² t₁), which at the peak is −(10/3) e / U of the inductance.
+/// The current i of a symmetric pulse rises to a peak at t₁ and falls as long. A slope c adds c i² / (2L), which squared
+/// and integrated over both halves is c² U⁴ t₁⁵ / (10 L⁶); the magnet adds −e t / L, in product with the former
+/// −c e U² t₁⁴ / (3 L⁴). The best fit is the slope −(10/3) e L² / (U² t₁), which at the peak is −(10/3) e / U of the
+/// inductance.
 pub(crate) const BY_SLOPE: f64 = 10.0 / 3.0;
 
 /// Number of standard deviations of D_q up to which a rotor counts as standing still. Chance exceeds it in two of a
@@ -57,7 +58,7 @@ pub(crate) struct Standing<T> {
     /// Flux of the magnet in Wb.
     pub flux: T,
     pub signature: Signature,
-    /// Probability of a wrong pole that is allowed to a pole that names a direction.
+    /// Largest probability of a wrong pole at which the pole still gives the direction of rotation.
     pub pole_error: T,
 }
 
@@ -76,7 +77,7 @@ impl<T: Real> Standing<T> {
         (deviation * T::of(DEVIATIONS) + askew) / (self.by_volt * self.flux)
     }
 
-    /// Checks D of a rotor whose axis is known with this standard deviation in rad.
+    /// Checks D; `deviation`: standard deviation of the axis in rad.
     pub fn check(
         &self,
         margin: &mut Margin<T>,
@@ -133,8 +134,9 @@ pub(crate) fn deviation<T: Real>(variance: T, freedom: T, derived: bool) -> T {
 /// Ratio of two estimates of a speed up to which they are the same speed.
 const MOST_UNLIKE: f64 = 2.5;
 
-/// Returns the direction of a rotor whose axis is so far ahead in rad; none if a shorter time, `within`, of which `share` is expected of it,
-/// shows another speed: an axis looks the same after half a turn, and one that turns so fast seems to creep either way.
+/// Returns the direction of rotation of an axis that has moved by `ahead` in rad. None if the movement in a shorter
+/// time, `within`, of which `share` of `ahead` is expected, shows another speed: an axis looks the same after half a
+/// turn, so a fast rotor seems to creep in either direction.
 pub(crate) fn direction<T: Real>(ahead: T, within: T, share: T) -> Option<Rotation> {
     let alike = within / (ahead * share);
     let is_known = alike > T::of(1.0 / MOST_UNLIKE) && alike < T::of(MOST_UNLIKE);
@@ -165,7 +167,8 @@ pub(crate) fn held<T: Real>(noise: T, derived: bool, readings: T) -> T {
     (variance * (T::one() + T::of(DEVIATIONS) / readings.sqrt())).sqrt()
 }
 
-/// Checks that a speed in rad/s is one that readings of a rotor at rest may look like.
+/// Checks that a measured speed in rad/s is at most `allowed`, which readings of a rotor at rest may show by their
+/// errors.
 pub(crate) fn check_speed<T: Real>(
     margin: &mut Margin<T>,
     speed: T,
@@ -184,37 +187,39 @@ pub(crate) fn by_volt<T: Real>(seconds: T, resistance: T, inductance: T) -> T {
     seconds / inductance * rises
 }
 
-/// Terminals that are connected with one another for a while, which lets a magnet that turns drive a current: `−ωψ/R (1 − e^(−R t/L_q))`
-/// across itself, `−ωψ t/L_q` without resistance.
+/// Terminals that are connected with one another for a while, so that a turning magnet drives a current across itself:
+/// `−ωψ/R (1 − e^(−R t/L_q))`, or `−ωψ t/L_q` without resistance.
 ///
-/// A rotor that stands leaves none. No device carries a current of which a late edge, a dead time or the charge of a terminal could take a
-/// share, no iron is magnetised, and a sample that is late finds the same; the sensors' noise and their offsets remain, and both are
-/// known from readings without current.
+/// A rotor at standstill drives no current, and nothing else does: no device carries a current of which a late edge, a
+/// dead time or the charge of a terminal could take a share, no iron is magnetised, and a late sample finds the same
+/// current. Only noise and offsets of the sensors remain, and both are known from readings without current.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Short<T> {
-    /// Length in s.
+    /// Time in s for which the terminals are connected.
     pub duration: T,
-    /// The winding's resistance in Ω and inductance in H across the magnet, its flux in Wb.
+    /// Resistance of the winding in Ω; the next fields are L_q in H and the magnet's flux linkage in Wb.
     pub resistance: T,
     pub inductance: T,
     pub flux: T,
-    /// Voltage in V that a switch and a diode take from what drives a current through two phases.
+    /// Voltage drop in V of a switch and a diode in the path of a current through two phases.
     pub lost: T,
 }
 
-/// Voltage that may drive a current where the rotor stands, as a share of the link: offsets that a converter rounds.
+/// Allowed voltage that seems to drive a current at standstill, as a share of the link's: by offsets that a converter
+/// rounds.
 const AT_REST: f64 = 0.001;
 
 /// Share of the opposite currents caused by an error of the axis that may appear as equal currents, because a core has
 /// less inductance across the magnet while a vector along it saturates it.
 pub(crate) const UNEVEN: f64 = 0.05;
 
-/// Variance of a current vector's components with two sensors in place of three, at most.
+/// Largest ratio of the variance of a current vector's components with two sensors to that with three.
 const BY_TWO: f64 = 2.6;
 
 impl<T: Real> Short<T> {
-    /// Checks the current vector in A at its end, offsets removed, on a link of so many volts; `deviation` in A of its components. `north`: the
-    /// pole, if it is known, by an axis that was measured so many seconds before. Returns the speed in rad/s that this does not show.
+    /// Checks the current vector in A at the end of the connection, offsets removed; `volts`: voltage of the link;
+    /// `deviation`: of the vector's components, in A; `north`: the pole, if it is known, by an axis that was measured
+    /// `since` seconds before. Returns the largest speed in rad/s that this check does not show.
     pub fn check(
         &self,
         margin: &mut Margin<T>,
@@ -227,12 +232,12 @@ impl<T: Real> Short<T> {
         let lost = self.lost * T::of(2.0 / 3.0);
         let speed = |current: T| (current / by_volt + lost) / self.flux;
         let allowed = deviation * T::of(DEVIATIONS) + by_volt * volts * T::of(AT_REST);
-        // By currents: devices take a voltage of the allowed speed, too, which is no margin of a rotor that stands.
+        // The margin compares currents: a speed contains the drops of devices even for the allowed current.
         let size = current.alpha.hypot(current.beta);
         margin.at_most(size, allowed);
         let (speed, allowed, is_more) = (speed(size), speed(allowed), size > allowed);
         if is_more {
-            // A pole of an axis from which the rotor has turned away names no direction.
+            // If the rotor has turned away from the measured axis, the pole gives no direction.
             let north = north.filter(|_| speed * since < Pointer::most_off_axis());
             let ahead = |north| current.park(north).q < T::zero();
             let way = north.map(|north| if ahead(north) { Rotation::Forward } else { Rotation::Backward });

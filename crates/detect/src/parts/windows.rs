@@ -30,14 +30,14 @@ const MARGIN: Nanos = Nanos(400);
 /// Settings of the windows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindowSettings<T> {
-    /// Least length of each of the two vectors between rises.
+    /// Least length of each of the two vectors between the rises of two legs.
     pub length: Nanos,
     /// Time from the first conversion of a sample to its last one. Samples lie in the middle of a window, mirrored or
     /// not.
     pub averaged: Nanos,
     /// The shortest window in which the amplifier settles and a sample is converted.
     pub shortest: Nanos,
-    /// Nominal voltage of the link in V, by which there is room or not.
+    /// Nominal voltage of the link in V, from which the room for windows is computed.
     pub dc_link: T,
     /// The key that has the largest part in [`Self::shortest`].
     pub binds: Bind,
@@ -82,7 +82,7 @@ impl Bind {
 }
 
 impl<T: Real> WindowSettings<T> {
-    /// Windows of a drive with one shunt in its DC link; none for other drives.
+    /// Returns the windows of a drive with one shunt in its DC link; none for other drives.
     pub(crate) fn suited(drive: &Nameplate<T>) -> Option<Self> {
         let sensing = &drive.sensing;
         let blank = Nanos::from_seconds(sensing.blank().to_double());
@@ -96,7 +96,7 @@ impl<T: Real> WindowSettings<T> {
         } else {
             Bind::Settle
         };
-        // Mirrored, what follows a sample precedes it.
+        // In the mirrored period, the time after a sample lies before it, so both sides must be settled.
         let length = settled * 2 + sensing.averaged;
         (sensing.place == Place::InLink).then_some(Self {
             length,
@@ -162,7 +162,7 @@ impl<T: Real> WindowSettings<T> {
             high
         });
         let signs = pwm.signs(shares, dc_link, currents);
-        // Of a period, in shares of half of it.
+        // `lost` is a share of the period; times a sign from 0 to 2 it is a share of half a period.
         let lost = pwm.lost(dc_link);
         let mut stages = [Abc([Leg::Low; 3]); 2];
         for (n, phase) in order.into_iter().enumerate() {
@@ -218,7 +218,7 @@ pub(crate) fn seen<T: Real>(
 ) -> Result<([T; 2], T), Fault<T>> {
     let [first, second] = readings else { return Err(Fault::UnexpectedReadings) };
     let (high, low) = if mirrored { (second, first) } else { (first, second) };
-    // Of the leg that is alone high, and of the one that is alone low.
+    // The current of the only leg that is high, and that of the only leg that is low.
     let currents = [link_current(high)? - offset, offset - link_current(low)?];
     link(first)?;
     Ok((currents, link(second)?))
@@ -233,8 +233,8 @@ pub(crate) fn phases<T: Real>([first, last]: [T; 2], order: [Phase; 3]) -> Abc<T
     currents
 }
 
-/// Returns the variance of such a current's component along a unit vector, relative to the variance of one reading,
-/// while the voltage is along `voltage`. Each of the two legs' currents is the mean of two readings.
+/// Returns the variance of the component, along a unit vector, of a current from [`phases`], relative to the variance
+/// of one reading, while the voltage is along `voltage`. Each of the two legs' currents is the mean of two readings.
 pub(crate) fn variance<T: Real>(voltage: AlphaBeta<T>, direction: AlphaBeta<T>) -> T {
     let (zero, one) = (T::zero(), T::one());
     let order = order(voltage);

@@ -31,8 +31,8 @@ const SETTINGS: AlignmentSettings<f64> = AlignmentSettings {
     },
 };
 
-/// What a magnet does that sweeps this flux in Wb across the second pull, within 30 commands; `leak` is a constant
-/// current in A that unequal legs leave, `noise` in A rms that of the sensors.
+/// Returns the outcome for a magnet that sweeps this flux in Wb across the second pull, within 30 commands; `leak`:
+/// constant current in A that unequal legs leave; `noise`: noise of the sensors in A rms.
 fn outcome(settings: AlignmentSettings<f64>, swept: f64, leak: f64, noise: f64, seed: u64) -> Outcome<f64> {
     let mut detector = Alignment::new(settings).expect("settings");
     let mut random = Noise::new(seed);
@@ -48,7 +48,7 @@ fn outcome(settings: AlignmentSettings<f64>, swept: f64, leak: f64, noise: f64, 
             let number = pulls % (settings.ramp + settings.hold);
             let second = pulls >= settings.ramp + settings.hold;
             pulls += 1;
-            // Where it points says the command itself: along 90° legs b and c differ, along 0° leg a.
+            // The command itself shows the direction: along 90° legs b and c differ, along 0° leg a.
             assert_eq!((a - 0.5).abs() > 1e-6, second, "{a}");
             let along =
                 7.0 * (f64::from(number) + 1.0).min(f64::from(settings.ramp)) / f64::from(settings.ramp);
@@ -64,7 +64,7 @@ fn outcome(settings: AlignmentSettings<f64>, swept: f64, leak: f64, noise: f64, 
     }
 }
 
-/// The flux seen to sweep by, and what was needed; none if there was an angle.
+/// Returns the flux that swept across the winding and the least flux needed; none if there was an angle.
 fn refused(outcome: &Outcome<f64>) -> Option<(f64, f64)> {
     match outcome {
         Outcome::Found { angle, .. } => {
@@ -93,7 +93,7 @@ fn analytic_the_flux_swept_is_the_integral_of_the_current_across() {
 
 #[test]
 fn law_a_locked_rotor_is_given_no_angle_whatever_the_noise() {
-    // A weak magnet, of which the noise of the sensors makes as much.
+    // A weak magnet: the noise of the sensors alone shows as much flux.
     let weak = AlignmentSettings { magnet_flux: 0.002, resistance: 5.0, ..SETTINGS };
     let mut seen = 0;
     for seed in 1..=400 {

@@ -114,7 +114,7 @@ fn analytic_shunts_below_the_legs_are_compared_where_one_takes_over_from_the_oth
 
 #[test]
 fn law_gains_of_shunts_below_the_legs_are_no_saturation_and_the_stated_deviation_is_the_scatter() {
-    // Without saturation there is no pole: gains that differ with the direction of the pulses must not make one.
+    // Without saturation there is no pole: gains that differ between the directions of the pulses must not imitate one.
     let (mut squares, mut stated, mut evidence) = (0.0_f64, 0.0_f64, Vec::new());
     for trial in 0..200_u32 {
         let mut motor =

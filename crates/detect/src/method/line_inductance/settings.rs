@@ -26,20 +26,22 @@ pub struct LineInductanceSettings<T> {
     pub decay: Decay,
     /// Time before the end of the pulse at which i2 is sampled. Zero, as in the paper, samples at the edge itself. A
     /// drive with low-side shunts needs more than its jitter, because after the edge its shunts carry the currents of
-    /// other legs; one that converts its phases one after the other, or picks up the edge, has them converted before it.
+    /// other legs. A drive that converts its phases one after the other, or whose readings an edge disturbs, needs time
+    /// for all conversions before the edge.
     pub sample_lead: Nanos,
     /// Dead time of the drive, by which the pulse is shorter. Zero ignores it, which scales all inductances alike and
     /// does not change the angle.
     pub dead_time: Nanos,
     /// Sign of the motor's L_B.
     pub saliency: SaliencySign,
-    /// Current in A that a pulse must at least raise.
+    /// Least current in A that a pulse must raise.
     pub least_current: T,
     /// |L_B| / L_A below which no angle is named.
     pub least_saliency: T,
     /// Relative standard deviation of the sensors' gains, which may look like a saliency.
     pub gain_tolerance: T,
-    /// The wait before the first pulse of a line and before each vector; with fast decay before each pulse.
+    /// The wait before the first pulse of a line and before each vector; with fast decay also before each further
+    /// pulse.
     pub settle: SettleSettings<T>,
     /// Checks whether the pulses' readings can be those of whole parts.
     pub plausibility: PlausibilitySettings<T>,
@@ -51,10 +53,11 @@ pub struct LineInductanceSettings<T> {
 
 impl<T: Real> LineInductanceSettings<T> {
     /// Returns the paper's settings (section 2: pulses of 80 µs every 2.4 ms, three per line, vectors near rated
-    /// current). Values that the paper does not print are chosen here: vectors of 1 ms (half the time
-    /// constant L_d/R, if that is shorter), 2 % above the rated current, which is the mean of Table 2; for other motors, pulses that raise the same share of the rated current as 80 µs
-    /// do on the paper's, and vectors that are long enough for the link's voltage. As in the paper, the larger current
-    /// indicates north.
+    /// current). As in the paper, the larger current indicates north.
+    ///
+    /// Values that the paper does not print are chosen here: vectors of 1 ms, or half the time constant L_d/R if that
+    /// is shorter, and a current 2 % above the rated one, the mean of Table 2. For other motors, pulses raise the same
+    /// share of the rated current as 80 µs do on the paper's, and vectors are long enough for the link's voltage.
     ///
     /// ```
     /// # let nameplate = include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/nameplate.rs"));
@@ -75,7 +78,7 @@ impl<T: Real> LineInductanceSettings<T> {
         let lead = if drive.sensing.place.switches() { lead } else { lead.min(Nanos(pulse.0 / 2)) };
         Self {
             pulse,
-            // Or as long as the current of a longer pulse needs.
+            // Longer if the current of a longer pulse needs more time to decay.
             period: Nanos::from_micros(2400).max(pulse * 4),
             pulses: 3,
             decay,

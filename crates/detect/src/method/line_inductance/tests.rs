@@ -59,10 +59,11 @@ fn settings(decay: Decay, sample_lead: Nanos) -> LineInductanceSettings<f64> {
     }
 }
 
-/// Offsets in A of the shunts below the legs, the first of the one in the link.
+/// Offsets in A of the shunts below the legs; the shunt in the link has the first of them.
 const OFFSETS: [f64; 3] = [0.05, -0.03, 0.02];
 
-/// Currents that satisfy the two trapezoids of equation (10) exactly, and vectors that answer by 10 % more to north.
+/// A motor whose currents satisfy the two trapezoids of equation (10) exactly, and whose vectors raise 10 % more
+/// current towards north.
 struct Motor {
     angle: f64,
     settings: LineInductanceSettings<f64>,
@@ -141,7 +142,7 @@ impl Motor {
     }
 }
 
-/// How a detection on this motor ends, whose readings are off by these currents in A.
+/// Returns the outcome of a detection on this motor with errors of the readings in A.
 fn detected(motor: &mut Motor, mut off: impl FnMut() -> f64) -> Outcome<f64> {
     let mut detector = LineInductance::new(motor.settings).expect("settings");
     let mut readings = Vec::new();
@@ -244,7 +245,7 @@ fn law_a_single_pulse_a_line_is_as_noisy_as_the_readings_before_it() {
     assert_eq!(axes(L_B, 0.002), 200);
 }
 
-/// A data sheet's inductance that is right within 35 % is taken, others are not: the first line is named.
+/// A data sheet's inductance that is right within 35 % is accepted; for others the fault names the first line.
 #[test]
 fn law_lines_whose_inductance_is_not_the_data_sheets_are_a_fault() {
     let ended = |factor: f64, checks: Checks| {

@@ -47,7 +47,7 @@ pub struct OpenTerminalSettings<T> {
     pub resistance: T,
     /// Mean inductance of a line in H: L_d + L_q.
     pub line_inductance: T,
-    /// κ: how much 1/L_q rises with a current along the magnet where 1/L_d rises by one.
+    /// κ: rise of 1/L_q with a current along the magnet, as a multiple of the rise of 1/L_d.
     pub cross_saturation: T,
     /// Dead time of the drive.
     pub dead_time: Nanos,
@@ -61,7 +61,7 @@ pub struct OpenTerminalSettings<T> {
     pub pole_error: T,
     /// Checks that are on: whether the rotor stands still.
     pub checks: Checks,
-    /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
+    /// Flux linkage of the magnet in Wb, by which a turning rotor induces a voltage; zero without a magnet.
     pub magnet_flux: T,
     /// Corner frequency in Hz of the dividers' filters; none: no filter.
     pub bandwidth: Option<T>,
@@ -70,7 +70,8 @@ pub struct OpenTerminalSettings<T> {
 }
 
 impl<T: Real> OpenTerminalSettings<T> {
-    /// Pulses that raise half of the rated current, 200 µs on the paper's motor: 3.6 ms there.
+    /// Returns settings for this motor and drive: pulses that raise half of the rated current. On the paper's motor
+    /// they last 200 µs, and the detection 3.6 ms.
     pub fn suited(drive: &Nameplate<T>) -> Self {
         let dividers = &drive.dividers;
         Self {
@@ -149,18 +150,18 @@ impl<T: Real> OpenTerminalSettings<T> {
         Nanos(self.interval.0 / 2) + self.interval * sample as u64
     }
 
-    /// Samples of a command that lasts so long.
+    /// Returns the number of samples of a command of this duration.
     pub(super) fn samples_in(&self, duration: Nanos) -> usize {
         let after = duration - Nanos(self.interval.0 / 2);
         usize::try_from(after.0 / self.interval.0.max(1)).unwrap_or(usize::MAX).saturating_add(1)
     }
 
-    /// Samples of a pulse and its rest.
+    /// Returns the number of samples of a pulse and its rest.
     pub(super) fn samples(&self) -> usize {
         self.samples_in(self.pulse + self.rest)
     }
 
-    /// Returns the samples of a pulse that are used, as the first one and the one after the last.
+    /// Returns the indices of the samples of a pulse that are used: the first one, and the one after the last.
     pub(super) fn window(&self) -> (usize, usize) {
         let half = self.interval.0 / 2;
         let number = |until: Nanos| (until.0.saturating_sub(half)).div_ceil(self.interval.0.max(1));

@@ -20,9 +20,9 @@ struct Motor {
     offset: [f64; 3],
     deviation: f64,
     noise: Noise,
-    /// What the terminals differ by at rest.
+    /// Differences between the terminals at rest, in V.
     swing: f64,
-    /// Speed in rad/s that lasts, and what pulses along q make of it while both of a pair are sampled.
+    /// Constant speed in rad/s, and the speed that pulses along q add while both pulses of a pair are sampled.
     speed: f64,
     own: f64,
     /// Pulses so far, and the way of the first one of the pair under way.
@@ -179,8 +179,8 @@ fn law_the_pole_follows_saturation_and_its_signature() {
     }
 }
 
-/// The pulses of a pair turn a light rotor and stop it again: one round takes that for a rotor that turns, or for the other pole; a second
-/// one, in the opposite order, does without it.
+/// The pulses of a pair turn a light rotor and stop it again. One round mistakes that for a rotor that turns, or for
+/// the other pole; a second round, in the opposite order, avoids it.
 #[test]
 fn analytic_a_second_round_tells_a_rotor_that_its_own_pulses_turn_from_one_that_turns() {
     let turns = |outcome: &Outcome<f64>| match *outcome {

@@ -1,10 +1,12 @@
-//! Whether the rotor turns, by what its magnet induces in the pulses.
+//! Whether the rotor turns, judged by the voltage that its magnet induces during the pulses.
 //!
-//! The first pulse of a pair turns a light rotor, and the second one, with the opposite torque, stops it again. At the samples of both it turns by the
-//! same speed `Ω sin x/(1 + k cos 2x)`, where Ω is the impulse of a pulse across the magnet over the inertia. What that leaves in `r⁺ − r⁻` goes
-//! with sin 2x, which in three lines, 120° apart, is `sin 3x cos x_k − cos 3x sin x_k`: a speed that lasts, and saturation, which may be that
-//! of the other pole. No limit tells them apart. A second round, in the opposite order, begins each pair with the other pulse: Ω has the other
-//! sign, and cancels in the sum of both. It is given where a single round shows a rotor that turns.
+//! The first pulse of a pair turns a light rotor, and the second one, with the opposite torque, stops it again. While
+//! either is sampled, the rotor turns at the speed `Ω sin x/(1 + k cos 2x)`, where Ω is the impulse of a pulse across
+//! the magnet divided by the inertia. This adds a part proportional to sin 2x to `r⁺ − r⁻`. In three lines, 120° apart,
+//! that part is `sin 3x cos x_k − cos 3x sin x_k`: it looks like a constant speed together with saturation, possibly of
+//! the other pole, and no limit can tell them apart. In a second round, each pair begins with the other pulse, so that
+//! Ω changes its sign and cancels in the sum of both rounds. The second round is given only if the first one shows a
+//! rotor that turns.
 
 use standstill_interface::{Angle, Dq, Fault, Real};
 
@@ -14,8 +16,9 @@ use crate::parts::lines::line_angles;
 use crate::parts::polarity::Pointer;
 use crate::parts::turning::Standing;
 
-/// What the pulses tell of the pole, by least squares: the products of the lines' differences with saturation's template, its square, and the
-/// variance of a line's difference.
+/// Quantities of the least-squares estimate of the pole: the solution for the axis with k = L_B/L_A; the sum of
+/// products of the lines' differences with the template of saturation; the sum of the template's squares; the variance
+/// of a line's difference.
 pub(super) struct Pulses<'a, T> {
     pub solution: &'a Solution<T>,
     pub k: T,
@@ -27,8 +30,8 @@ pub(super) struct Pulses<'a, T> {
 }
 
 impl<T: Real> OpenTerminal<T> {
-    /// What a magnet that turns leaves of both signs in the line at this angle x from it, as a multiple of `−3 ωψ/U`; and saturation,
-    /// as a multiple of what it takes from L_d.
+    /// Returns the templates of `r⁺ − r⁻` in a line at angle x from the magnet: that of a turning magnet, as a multiple
+    /// of `−3 ωψ/U`, and that of saturation, as a multiple of its effect on L_d.
     pub(super) fn templates(&self, k: T, x: T) -> [T; 2] {
         let (one, two) = (T::one(), T::of(2.0));
         let rho = (one - k) / (one + k);
@@ -39,14 +42,14 @@ impl<T: Real> OpenTerminal<T> {
         [(one + k) * cos / lines, -sin * (along + cross) / (lines * lines * lines)]
     }
 
-    /// Checks that the rotor stands.
+    /// Checks that the rotor stands still.
     pub(super) fn check_standing(&mut self, pulses: &Pulses<'_, T>, axis: Angle<T>) -> Result<(), Fault<T>> {
         let s = &self.settings;
         if !s.checks.has(Check::Turning) {
             return Ok(());
         }
-        // Saturation and speed by least squares; the former in what it leaves where the latter leaves as much, so that noise has as
-        // much of each.
+        // Saturation and speed are fitted by least squares. The estimate of saturation is scaled so that noise is equal
+        // in both.
         let (mut turning, mut turning_square, mut mixed) = (T::zero(), T::zero(), T::zero());
         for (angle, difference) in line_angles::<T>().into_iter().zip(pulses.solution.differences) {
             let [induced, template] = self.templates(pulses.k, angle - axis.radians());

@@ -37,7 +37,7 @@ impl<T: Real> SixPulse<T> {
     /// Returns the current in A of the vector's single leg along the vector, by the sensors of the phases.
     fn of_single_leg(&mut self, number: usize, end: &Reading<T>, after: &Reading<T>) -> Result<T, Fault<T>> {
         let (phase, high) = alone(number);
-        // The reading without current; a derived phase has the negative sum of the other two.
+        // The residual is the reading without current; that of a derived phase is the negative sum of the other two.
         self.derived = self.derived.with(end);
         let read = seen(end, phase)?;
         let residual = if end.sensed[phase] == Sensed::Derived {

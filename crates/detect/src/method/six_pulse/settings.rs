@@ -13,7 +13,7 @@ use crate::settings::{
     require_zero_or_more,
 };
 
-/// Rounds of sampled currents.
+/// Number of rounds if currents are sampled.
 const SAMPLED_ROUNDS: u8 = 4;
 
 /// Settings of the six pulses.
@@ -21,18 +21,18 @@ const SAMPLED_ROUNDS: u8 = 4;
 pub struct SixPulseSettings<T> {
     /// Current in A at which a pulse ends; without a timer, the current for which the pulse is designed.
     pub threshold: T,
-    /// Longest pulse where its time is measured.
+    /// Longest pulse, if the time to the threshold is measured.
     pub longest: Nanos,
-    /// Length of every pulse where its current is sampled.
+    /// Length of every pulse, if the current at its end is sampled.
     pub sampled: Nanos,
     /// Time for which all switches are open after a pulse, as a share of the longest pulse. A remaining current would
     /// shift the next time, and no reading would show it.
     pub pause: T,
-    /// Whether each pulse is followed by the opposite one, and not by the next around the circle.
+    /// Whether opposite pulses follow each other, instead of neighbours around the circle.
     pub pairs: bool,
     /// Rounds of six pulses.
     pub rounds: u8,
-    /// Whether the time to the threshold is measured, and not the current after a time.
+    /// Whether the time to the threshold is measured, instead of the current after a fixed time.
     pub timed: bool,
     /// Dead time, which passes before a pulse begins.
     pub dead_time: Nanos,
@@ -40,9 +40,9 @@ pub struct SixPulseSettings<T> {
     pub saliency: SaliencySign,
     /// |L_B| / L_A below which no angle is named.
     pub least_saliency: T,
-    /// |L_B| / L_A of the motor's data sheet: a timer that cannot show it is named.
+    /// |L_B| / L_A of the motor's data sheet. If the timer is too coarse to show it, the fault names the timer.
     pub data_sheet_saliency: T,
-    /// Response of a motor's poles at the threshold.
+    /// The pole that draws more current at the threshold.
     pub signature: Signature,
     /// Probability of a wrong pole that is allowed.
     pub pole_error: T,
@@ -51,9 +51,9 @@ pub struct SixPulseSettings<T> {
     /// Checks that are on: whether the rotor stands still. By default none, because comparator noise that the drive
     /// does not know would look like a turning rotor.
     pub checks: Checks,
-    /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
+    /// Flux linkage of the magnet in Wb, by which a turning rotor induces a voltage; zero without a magnet.
     pub magnet_flux: T,
-    /// Width of the sectors in which the answer is given; zero: an angle between them.
+    /// Width of the sectors in which the answer is given; zero: the answer is an angle.
     pub sector: Angle<T>,
     /// The sensors, with comparators and timer.
     pub sensing: Sensing<T>,
@@ -65,8 +65,8 @@ fn misses_pulses<T: Real>(sensing: &Sensing<T>) -> bool {
 }
 
 impl<T: Real> SixPulseSettings<T> {
-    /// Returns settings for this motor and drive. If the drive captures times, they are times to the rated current;
-    /// else currents after the time that raises the rated current where the core saturates most.
+    /// Returns settings for this motor and drive. If the drive captures times, the pulses end at the rated current;
+    /// otherwise they have the length that raises the rated current in the direction in which the core saturates most.
     pub fn suited(drive: &Nameplate<T>) -> Self {
         let timed = drive.sensing.comparator.tick > T::zero() && !misses_pulses(&drive.sensing);
         let threshold = drive.rated_current;
@@ -96,11 +96,12 @@ impl<T: Real> SixPulseSettings<T> {
         settings
     }
 
-    /// Returns the length of a pulse that surely reaches the threshold (`timed`), or that reaches it where the core
-    /// saturates most.
+    /// Returns the length of a pulse: if `timed`, one that surely reaches the threshold; otherwise one that reaches it
+    /// in the direction in which the core saturates most.
     pub(super) fn suited_pulse(&self, drive: &Nameplate<T>, timed: bool) -> Nanos {
         let seconds = if timed {
-            // Against what two devices and the winding drop at the threshold, with half as much to spare.
+            // The link's voltage less the drops of two devices and the winding at the threshold, with half as much in
+            // reserve.
             let drop = drive.switch_drop[0] * T::of(2.0)
                 + self.threshold * (drive.resistance + drive.switch_drop[1]) * T::of(1.5);
             let left = (drive.dc_link - drop).max(drive.dc_link * T::of(0.2));
@@ -108,13 +109,13 @@ impl<T: Real> SixPulseSettings<T> {
             let comparator = drive.sensing.comparator.delay;
             T::of(1.5 * 1.5) * most * self.threshold / left + comparator + T::of(1e-6)
         } else {
-            // Two phases in series against one and a half.
+            // The rated pulse is for two phases in series; here one and a half are in series.
             T::of(0.75 * drive.rated_pulse.seconds()) * self.threshold / drive.rated_current
         };
         // A shunt in the link is read once its amplifier has settled.
         let settled = if timed { T::zero() } else { T::of(self.sensing.settle.seconds()) };
         let seconds = seconds.max(T::of(self.sensing.lead().seconds() * 2.0)).max(settled);
-        // Not longer than one can wait for after it.
+        // At most a third of the longest wait, so that the pause after the pulse stays below that.
         let seconds = seconds.min(T::of(LONGEST.seconds() / 3.0));
         let micros = (seconds / T::of(1e-6)).round().max(T::of(2.0)).to_double();
         Nanos::from_seconds(micros * 1e-6) + drive.dead_time
@@ -125,11 +126,13 @@ impl<T: Real> SixPulseSettings<T> {
         !self.timed && self.sensing.place == Place::InLink
     }
 
-    /// Returns the variance of each component of the second harmonic and of the first one caused by the sensors' gains.
+    /// Returns the variance of each component of the second harmonic, and of the first one, caused by the sensors'
+    /// gains.
     ///
-    /// The gain g of a phase's sensor is that of both directions: ⅔ Σ g e^{j2φ}, which looks like a saliency and not like a pole. Without a
-    /// sensor a phase has half the sum of the others' gains. Of shunts below the legs, which see one direction alone, the other one is read
-    /// by the other two: ⅙ Σ g e^{j2φ}, and −½ Σ g e^{jφ} in the pole's harmonic. Σ g e^{jφ} has 3/2 of a gain's variance.
+    /// The sensor of a phase, with gain g, reads both directions of that phase: ⅔ Σ g e^{j2φ}, which looks like a
+    /// saliency and not like a pole. A phase without a sensor has half the sum of the others' gains. Shunts below the
+    /// legs see one direction; the other direction is read by the other two shunts: ⅙ Σ g e^{j2φ}, and −½ Σ g e^{jφ} in
+    /// the pole's harmonic. Each component of Σ g e^{jφ} has 3/2 of a gain's variance.
     pub(super) fn of_gains(&self, derived: Derived) -> [T; 2] {
         let shares = match derived {
             _ if self.timed || self.in_link() => [0.0, 0.0],
@@ -211,12 +214,13 @@ impl<T: Real> SixPulseSettings<T> {
             let comparator = &self.sensing.comparator;
             self.threshold + comparator.offset * T::of(3.0) + rise * comparator.delay
         } else {
-            // What a second has in common for both: flux that the link has put in is what it takes out.
+            // With the larger inductance here as below, L cancels: the flux that the link's voltage has built up is the
+            // flux that decays.
             drive.dc_link * T::of(self.sampled.seconds()) / (three_halves * d.max(q))
         };
         let against = drive.dc_link + drive.diode_drop[0] * T::of(2.0);
         let share = three_halves * drive.resistance * current / against;
-        // Without a resistance the logarithm is its argument.
+        // For a small x, ln(1 + x) is x.
         let time_constants = if share > T::of(1e-6) { (T::one() + share).ln() / share } else { T::one() };
         let decay = three_halves * d.max(q) * current / against * time_constants;
         decay / T::of(self.pulse().seconds())

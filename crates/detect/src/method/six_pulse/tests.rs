@@ -28,7 +28,8 @@ struct Motor {
     dc_link: f64,
     /// Noise of the link's sensor, relative.
     link_noise: f64,
-    /// By what share the link falls from one pulse to the next, of which sensors know, and y, of which they do not.
+    /// Share by which the link falls from one pulse to the next, which the sensors show, and share by which y falls,
+    /// which they do not show.
     sag: f64,
     drift: f64,
     draws: Noise,
@@ -199,7 +200,7 @@ fn law_a_second_round_backwards_takes_out_what_drifts_evenly() {
 
 #[test]
 fn law_evidence_is_in_standard_deviations() {
-    // Of a motor without a difference of its poles it is a standard normal, whichever of the errors there is.
+    // The evidence of a motor without a difference of its poles is standard normal, for each kind of error.
     let plates = [
         (Comparing { tick: 3e-6, noise: 0.07, ..Comparing::default() }, 0.01, 0.0, 0.0),
         (Comparing { tick: 1e-9, noise: 0.07, ..Comparing::default() }, 0.01, 0.0, 0.0),
@@ -307,7 +308,7 @@ fn law_readings_that_say_nothing_end_it() {
         }
     };
     let reading = Reading::measured(Nanos::ZERO, [0.1, 0.0, -0.1], 540.0);
-    // It did not trip; at once; not one reading.
+    // No trip; a trip at once; a wrong number of readings.
     assert!(matches!(step(timed(1e-6), &[reading]), Fault::NoCurrent { .. }));
     let early = Reading { capture: Some(Capture { ticks: 2, comparator: Phase::A }), ..reading };
     assert!(matches!(step(timed(1e-6), &[early]), Fault::TrippedEarly { .. }));

@@ -44,8 +44,8 @@ fn settings(saliency: SaliencySign, halvings: u8) -> SubdivisionSettings<f64> {
     }
 }
 
-/// The detection on a motor that answers `1 + salient cos 2(φ − θ) + pole cos(φ − θ)`, and the directions in degrees of its
-/// vectors.
+/// Returns the outcome on a motor with the response `1 + salient cos 2(φ − θ) + pole cos(φ − θ)`, and the directions in
+/// degrees of the vectors.
 fn detect(
     settings: SubdivisionSettings<f64>,
     degrees: f64,

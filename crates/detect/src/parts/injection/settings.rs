@@ -15,7 +15,7 @@ use crate::settings::{SettingsError, require, require_positive, require_share, r
 /// Settings of an injection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InjectionSettings<T> {
-    /// PWM.
+    /// PWM, with compensation of dead time and drops.
     pub modulation: ModulationSettings<T>,
     /// Amplitude in V of the injected voltage.
     pub voltage: T,
@@ -25,25 +25,26 @@ pub struct InjectionSettings<T> {
     pub ramp: u16,
     /// Cycles of one measurement.
     pub cycles: u16,
-    /// Measurements one after the other. A pulsating injection has three at least: two along fixed axes, and then each along the axis that the
-    /// last one found; from five on it sees whether the rotor turns.
+    /// Number of measurements, one after the other. A pulsating injection makes at least three: two along fixed axes,
+    /// and each further one along the axis that the last one found. With five or more it checks whether the rotor
+    /// turns.
     pub iterations: u8,
     /// Resistance of a phase in Ω.
     pub resistance: T,
     /// L_d in H, a rough value.
     pub d_axis_inductance: T,
-    /// L_q in H, of the same kind.
+    /// L_q in H, a rough value.
     pub q_axis_inductance: T,
     /// |L_B| / L_A below which no angle is named.
     pub least_saliency: T,
     /// Relative standard deviation of the sensors' gains, which may look like a saliency.
     pub gain_tolerance: T,
-    /// Current in A that the injection must at least raise.
+    /// Least current in A that the injection must raise.
     pub least_current: T,
     /// Windows for the samples of one shunt in the DC link; each step of the voltage then lasts two carrier periods, the second one
     /// mirrored. None: the phases have sensors.
     pub windows: Option<WindowSettings<T>>,
-    /// The wait before it and before each vector of the polarity test.
+    /// The wait before the injection and before each vector of the polarity test.
     pub settle: SettleSettings<T>,
     /// The polarity test.
     pub polarity: PolaritySettings<T>,
@@ -57,11 +58,12 @@ impl<T: Real> InjectionSettings<T> {
         let windows = WindowSettings::suited(drive);
         let cycle = T::of(drive.carrier_period.seconds() * 20.0);
         let reactance = T::TAU() / cycle * (drive.d_axis_inductance + drive.q_axis_inductance) / T::of(2.0);
-        // PWM must be able to give it, with room for its compensation.
+        // PWM must be able to give the voltage, with room for the compensation.
         let mut voltage = (drive.rated_current * T::of(0.17) * reactance).min(drive.dc_link * T::of(0.4));
         let modulation = ModulationSettings::suited(drive);
         if let Some(windows) = &windows {
-            // Below a third of it there is too little current, and a slower carrier is the better way.
+            // Less than a third of the voltage would raise too little current: then it stays, and the check refuses the
+            // windows, because a slower carrier is better.
             let room = windows.room(&modulation) * T::of(1.0 - 1e-6);
             voltage = if room * T::of(3.0) > voltage { voltage.min(room) } else { voltage };
         }

@@ -164,7 +164,7 @@ fn analytic_voltages_turn_grow_and_pulsate_as_told() {
     assert!((voltage - expected).norm() < 1e-9);
 }
 
-/// Counts what it is given.
+/// Counts its calls.
 #[derive(Clone, Debug)]
 struct Probe {
     currents: u32,
@@ -234,7 +234,7 @@ struct Held {
 }
 
 impl Held {
-    /// The current in A in the middle of a step of so many seconds.
+    /// Returns the current in A in the middle of a step of `time` seconds.
     fn step(&mut self, voltage: AlphaBeta<f64>, time: f64) -> AlphaBeta<f64> {
         let voltage = voltage.park(self.axis);
         let mut half = || {
@@ -250,8 +250,9 @@ impl Held {
     }
 }
 
-/// What a detector with windows reads in the middle of its steps is the current of a sine of `ω tan x / x`. With resistance the current
-/// bends within a step, by `T²/8 R/L di/dt` in its middle: as if the resistance were larger by tan² x / 2, which is 5 %.
+/// In the middle of a step, a detector with windows reads the current of a sinusoidal voltage of frequency `ω tan x /
+/// x`. With resistance the current bends within a step, by `T²/8 R/L di/dt` in its middle, as if the resistance were
+/// larger by tan² x / 2 (5 %).
 #[test]
 fn analytic_steps_that_are_read_in_their_middle_give_axis_and_inductance() {
     for ((d, q), degrees) in
@@ -354,7 +355,8 @@ fn law_one_shunt_has_one_gain() {
     }
 }
 
-/// Where the amplifier takes long to settle, a smaller voltage leaves room for its windows; where it takes too long, the key says so.
+/// If the amplifier takes long to settle, a smaller voltage leaves room for its windows; if it takes too long, the
+/// error names the key.
 #[test]
 fn law_the_suited_voltage_leaves_room_for_the_windows() {
     let suited = |micros| {

@@ -106,7 +106,7 @@ const INDUCTANCE: f64 = 27e-3;
 
 #[test]
 fn regress_pulses_with_a_pair_less_weigh_less() {
-    // A link just at the boundary of a pair: noise of its readings leaves every other pulse of a line a pair less.
+    // A link at the boundary of a pair: by noise of its readings, every other pulse of a line has a pair less.
     let settings = PulseTrainSettings::suited(&PLATE, Nanos::from_micros(20));
     let settings = PulseTrainSettings { off_drop: 150.0, ..settings };
     let train = Train::new(settings);
@@ -139,7 +139,7 @@ fn regress_pulses_with_a_pair_less_weigh_less() {
     for resistance in found {
         assert!((resistance - 12.0).abs() < 1e-9, "{found:?}");
     }
-    // A line without any pair says nothing, and nothing is judged.
+    // A line without a pair gives no result, and the check passes.
     let mut none = losses;
     none.0[1][0] = Losses::new().0[1][0];
     assert_eq!(none.resistances(0.0, [INDUCTANCE; 3], timing), None);
@@ -170,13 +170,13 @@ fn analytic_edges_that_come_later_are_no_losses() {
         ([0.5e-6; 3], 0.0, 0.0, 1e-6),
         ([0.5e-6; 3], 0.2e-6, 0.0, 1e-6),
         ([0.5e-6; 3], 0.5e-6, 50e-9, 1e-6),
-        // Lines apart, where the drive says that they may be.
+        // Lines that differ by as much as the drive states.
         ([0.1e-6, 0.3e-6, -0.2e-6], 0.0, 50e-9, 1e-6),
     ] {
         let found = found(later, known, deviation);
         assert!(found.iter().all(|found| (found - 12.0).abs() < most), "{later:?}: {found:?}");
     }
-    // Where it says that they are not, a line that is later than the others seems to lose less.
+    // If the drive states that lines are equal, a line that is later than the others seems to lose less.
     let found = found([0.1e-6, 0.3e-6, -0.1e-6], 0.0, 0.0);
     let times = pairs(&settings, 0.0);
     let less = 2.0 * 540.0 * 0.2e-6 / 3.5 * times.time * 3.0 / (times.times + 3.0 * times.time * times.time);

@@ -1,4 +1,4 @@
-//! What readings of a polarity test by vectors must show if all parts are intact and the rotor stands still.
+//! Checks of a polarity test by vectors: whether all parts are intact, and whether the rotor stands still.
 
 use standstill_interface::{
     Abc, AlphaBeta, Angle, Fault, Phase, PoleEvidence, Reading, Real, Sensed, Undetermined,
@@ -14,7 +14,7 @@ use crate::parts::turning::{self, Short};
 pub(super) struct Driven<T> {
     /// Current in A; where it is beyond a sensor's range, the end of the range.
     current: Abc<T>,
-    /// Whether a part of it follows from the rest.
+    /// Whether the current of a phase without a sensor was derived from the others.
     is_derived: bool,
     /// The first phase whose current is beyond its sensor's range.
     clipped: Option<Phase>,
@@ -25,7 +25,7 @@ impl<T: Real> Driven<T> {
         let mut clipped = None;
         for phase in Phase::ALL {
             match seen(reading, phase) {
-                // At least as much flows.
+                // The current is at least that at the end of the range.
                 Err(Fault::Clipped(_)) if is_reading(reading.current[phase]) => {
                     clipped = clipped.or(Some(phase));
                 }
@@ -57,8 +57,9 @@ impl<T: Real> PolarityTest<T> {
         if apart > allowed { Err(Fault::DirectionsDiffer { phase: None, apart, allowed }) } else { Ok(()) }
     }
 
-    /// Checks that the rotor stands still, from the current that its magnet drove through the shorted terminals. A speed that this would not
-    /// show leaves the pole open if the rotor may have turned since its axis was measured by an angle that takes the poles for one another.
+    /// Checks that the rotor stands still, from the current that its magnet drove through the shorted terminals. The
+    /// pole is left undetermined if a speed that this current would not show may have turned the rotor so far, since
+    /// its axis was measured, that one pole is taken for the other.
     pub(super) fn check_standing(&mut self, pole: &mut Pole<T>) -> Result<(), Fault<T>> {
         let Some(driven) = self.driven else { return Ok(()) };
         let s = &self.settings;
@@ -72,7 +73,7 @@ impl<T: Real> PolarityTest<T> {
         let (offset, waits) = self.settler.offset();
         let current = Abc(core::array::from_fn(|k| driven.current.0[k] - offset.0[k])).clarke();
         let noise = &self.settler.noise;
-        // Of a reading and of the mean of those without current.
+        // Variance of a reading, and of the mean of the readings without current.
         let variance = noise.deviation() * noise.deviation() * s.by_reading() * (T::one() + waits.recip());
         let deviation = turning::deviation(variance, noise.freedom(), driven.is_derived);
         let known = (pole.undetermined.is_none().then_some(pole.angle), T::of(self.since.seconds()));
@@ -88,12 +89,13 @@ impl<T: Real> PolarityTest<T> {
         Ok(())
     }
 
-    /// Returns the reason if the difference of the responses, as a vector, points away from the axis. However large, it is then no evidence: it
-    /// comes from a faulty part, or the axis is wrong. None without enough evidence, which is a reason of its own.
+    /// Returns the reason for an undetermined pole if the difference of the responses, as a vector, points away from
+    /// the axis. Such a difference is no evidence, however large it is: it comes from a faulty part, or the axis is
+    /// wrong. None without enough evidence, which is a reason of its own.
     ///
-    /// A rotor that moves between two vectors makes such a difference as well: it cancels in pairs in the order ABBA, up to 1/n of it if their
-    /// number n is odd, so the rule of two vectors does not ask. A rotor that turns makes it, too: its magnet drives `−ωψt/L_q` across the
-    /// axis in both vectors alike.
+    /// A rotor that moves between two vectors also makes such a difference. In pairs in the order ABBA it cancels, up
+    /// to 1/n of it for an odd number n of pairs, so the rule of two vectors does not use this check. A turning rotor
+    /// makes one, too: its magnet drives `−ωψt/L_q` across the axis, equally in both vectors.
     pub(super) fn off_axis(&self, draws_more: PoleEvidence<T>) -> Option<Undetermined<T>> {
         let n = T::of(f64::from(self.pairs()));
         let direction = AlphaBeta::new(self.sum / n, self.across / n);

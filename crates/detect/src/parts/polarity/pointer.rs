@@ -11,7 +11,7 @@ use super::{Pole, Signature};
 pub(crate) struct Pointer<T> {
     /// D in any unit: towards the pole that draws more current.
     pub direction: AlphaBeta<T>,
-    /// Standard deviation of each of its components in the same unit, noise and all.
+    /// Standard deviation of each component of D in the same unit, by all errors.
     pub deviation: T,
 }
 
@@ -30,7 +30,7 @@ impl<T: Real> Pointer<T> {
         evidence.is_enough().then(|| if ahead { axis } else { axis.opposite() })
     }
 
-    /// Returns the reason if D points away from the axis, by more than its noise can turn it.
+    /// Returns the reason for an undetermined pole if D points away from the axis by more than its noise can turn it.
     pub fn off_axis(&self, axis: Angle<T>) -> Option<Undetermined<T>> {
         let on = self.direction.park(axis);
         let angle = on.q.abs().atan2(on.d.abs());

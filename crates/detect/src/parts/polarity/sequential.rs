@@ -1,4 +1,4 @@
-//! When enough pairs of vectors have been given.
+//! The sequential rule: whether the pairs of vectors given so far suffice.
 
 use standstill_interface::{PoleEvidence, Real};
 
@@ -21,7 +21,7 @@ use crate::settings::{SettingsError, require, require_error, require_positive};
 pub struct SequentialSettings<T> {
     /// α: probability of a wrong pole that is allowed.
     pub error: T,
-    /// Δ₀: relative difference of the currents that the motor shows at least.
+    /// Δ₀: least relative difference between the currents of the motor's two poles.
     pub effect: T,
     /// Relative standard deviation of errors that repetition does not reveal: the DC link's voltage between the pulses,
     /// residual currents.

@@ -48,12 +48,12 @@ impl Signature {
 /// library's motors with up to 10 % do; `pm-reluctance`, with 21 %, raises 36 % of it.
 const EVEN: f64 = 0.15;
 
-/// When the pole is certain enough.
+/// Rule by which the polarity test ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PolarityRule<T> {
     /// After one vector each way, as in the paper: the larger current decides if the difference exceeds the noise.
     TwoVectors,
-    /// After as many as it takes.
+    /// After as many pairs of vectors as the sequential test needs.
     Sequential(SequentialSettings<T>),
 }
 
@@ -70,46 +70,50 @@ pub struct PolaritySettings<T> {
     pub resistance: T,
     /// Dead time of the drive, for its compensation. Zero: none.
     pub dead_time: Nanos,
-    /// Current in A that a vector must at least raise.
+    /// Least current in A that a vector must raise.
     pub least_current: T,
     /// Difference of the two currents in A below which two vectors name no pole, however quiet the sensors are.
     pub least_margin: T,
-    /// Relative difference of the currents both ways that a motor without saturation may show, besides what the rule counts: by patterns of
-    /// PWM within the time constant, by samples of the link's current whose instants jitter.
+    /// Largest relative difference between the currents of both directions in a motor without saturation, in addition
+    /// to the rule's own allowance: by the pattern of PWM within the time constant, and by jitter of the samples of the
+    /// link's current.
     pub uneven: T,
     /// The motor's signature: which pole draws more current.
     pub signature: Signature,
-    /// When to stop.
+    /// Rule by which the test ends.
     pub rule: PolarityRule<T>,
     /// Arrangement of the current sensors. One shunt in the DC link shows a vector's current after the vector, when
     /// diodes return it to the link.
     pub place: Place,
-    /// Checks that are on: [`Check::BothWays`] and [`Check::Turning`], by default the former alone: if sensors are exact or better than the
-    /// drive assumes, or if vectors move a free rotor, good starts would be taken for a turning rotor.
+    /// Checks that are on: [`Check::BothWays`] and [`Check::Turning`]; by default the former alone. The latter would
+    /// take good starts for a turning rotor if sensors are exact or better than the drive assumes, or if vectors move a
+    /// free rotor.
     pub checks: Checks,
-    /// Least mean of the currents along the axis and against it, as a share of `current`: a smaller one shows that a part of the drive
-    /// shortens the vectors. Zero: not asked.
+    /// Least mean of the currents along the axis and against it, as a share of `current`. A smaller mean shows that a
+    /// part of the drive shortens the vectors. Zero: no check.
     pub least_share: T,
     /// Largest difference between the responses to vectors along the axis and against it, as a share of their mean.
     pub both_ways: T,
-    /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
+    /// Flux linkage of the magnet in Wb, by which a turning rotor induces a voltage; zero without a magnet.
     pub magnet_flux: T,
-    /// Voltage in V that a switch and a diode take of what the magnet drives through shorted terminals.
+    /// Voltage drop in V of a switch and a diode in the path of the current that the magnet drives through shorted
+    /// terminals.
     pub lost: T,
     /// L_q in H, a rough value.
     pub q_axis_inductance: T,
-    /// Time after a vector, with all gates off, at which that shunt is read first; a second reading follows after the
-    /// same time again.
+    /// Time after a vector, with all gates off, at which a shunt in the DC link is read first; a second reading follows
+    /// after the same time again.
     pub window: Nanos,
 }
 
 impl<T: Real> PolaritySettings<T> {
-    /// The checks that a polarity test by vectors has: whether both ways differ by no more than the poles can make them, and whether the rotor
-    /// stands still.
+    /// The checks of a polarity test by vectors: whether the responses of both directions differ by no more than the
+    /// poles can make them, and whether the rotor stands still.
     pub(crate) const CHECKS: Checks = Checks::NONE.with(Check::BothWays).with(Check::Turning);
 
-    /// Vectors 2 % above the rated current, the mean of the paper's Table 2, of 1 ms or half the time constant L_d/R, whichever is shorter,
-    /// but of a carrier period at least, and so long that 0.3 of the link raises the current in L_d, which PWM can give in any direction.
+    /// Returns settings with vectors of 2 % above the rated current, the mean of the paper's Table 2. They last 1 ms or
+    /// half the time constant L_d/R, whichever is shorter, but at least a carrier period, and as long as 0.3 of the
+    /// link's voltage, which PWM can give in any direction, takes to raise the current in L_d.
     ///
     /// Two inductances that differ by 1 % make currents that differ by `x/(eˣ − 1)` per cent, x = R t / L_d: by 0.77 % after half the time
     /// constant, and by 0.07 % after four, when resistance alone determines the current.
@@ -127,13 +131,15 @@ impl<T: Real> PolaritySettings<T> {
         // With the voltage of `amplitude`, (1/x + 1/2) (1 − e⁻ˣ) of the set current flows after x = R t / L. Less than half of that shows a
         // fault, unless the poles differ by more than `EVEN`.
         let time = T::of((carrier_period * u64::from(periods)).seconds());
-        // The zero vector before the sample is not as long for u as for −u: by a closed form for 0.3 of the link, one carrier period of so
-        // many time constants differs both ways by 1.8 % of their square. Below 0.3 % the sequential rule counts it already.
+        // The zero vector before the sample has different lengths for u and −u. A closed form for 0.3 of the link's
+        // voltage gives a difference of 1.8 % of x², with x the carrier period in time constants. Below 0.3 % the
+        // sequential rule allows for it.
         let constants = drive.resistance * T::of(carrier_period.seconds()) / drive.d_axis_inductance;
         let pattern = T::of(0.018) * constants * constants;
         let mut uneven = if pattern > T::of(0.003) { pattern } else { T::zero() };
-        // The end of a current is extrapolated from two samples: √5 times a jitter, of up to 1 µs, of a current that falls as 0.3 of the link
-        // raised it, or faster. A millisecond leaves enough of it.
+        // The current at the end of a vector is extrapolated from two samples: its error is √5 times a jitter of up to
+        // 1 µs, times the slope of a current that falls as 0.3 of the link raised it, or faster. After a millisecond
+        // that is a small share.
         if drive.sensing.place == Place::InLink && periods < millisecond {
             uneven = uneven + T::of(7.4e-6) / time;
         }
@@ -163,7 +169,7 @@ impl<T: Real> PolaritySettings<T> {
         }
     }
 
-    /// Returns settings with vectors of this kind until the pole is certain enough, by the motor's signature.
+    /// Returns settings with pairs of these vectors until the pole is certain enough, by the motor's signature.
     pub(crate) fn sequential(drive: &Nameplate<T>) -> Self {
         let rule = PolarityRule::Sequential(SequentialSettings::new(drive.polarity_difference));
         Self::near_rated_current(drive, drive.signature, rule)
@@ -191,7 +197,7 @@ impl<T: Real> PolaritySettings<T> {
         }
     }
 
-    /// Sets it; false where the rule knows none.
+    /// Sets the allowed probability of a wrong pole. Returns false if the rule does not have one.
     pub(crate) fn set_pole_error(&mut self, value: Value) -> bool {
         match &mut self.rule {
             PolarityRule::Sequential(sequential) => {
@@ -305,24 +311,26 @@ impl<T: Real> PolaritySettings<T> {
         Command::hold(stage, sampling)
     }
 
-    /// Whether it looks if the rotor turns. One shunt in the DC link does not see what the terminals exchange among themselves.
+    /// Returns whether the test shorts the terminals to see whether the rotor turns. One shunt in the DC link does not
+    /// see a current that circulates between the terminals.
     pub(super) fn looks(&self) -> bool {
         self.checks.has(Check::Turning) && self.magnet_flux > T::zero() && self.place != Place::InLink
     }
 
-    /// How long the terminals are shorted: as long as a vector, a millisecond at least, or too little current would flow to be seen.
+    /// Returns how long the terminals are shorted: as long as a vector, but at least a millisecond, so that a current
+    /// shows.
     pub(super) fn short_time(&self) -> Nanos {
         self.duration().max(Nanos::from_micros(1000))
     }
 
-    /// All terminals on one rail.
+    /// Returns the command that connects all terminals to the lower rail.
     pub(super) fn short(&self) -> Command<T> {
         let duration = self.short_time();
         let legs = Abc::new(Leg::Low, Leg::Low, Leg::Low);
         Command::hold(Stage { legs, duration }, Sampling::once(duration))
     }
 
-    /// Readings of one vector.
+    /// Returns the number of readings of one vector.
     pub(super) fn readings(&self) -> usize {
         match (self.rule, self.place) {
             (_, Place::InLink) => 2,

@@ -1,22 +1,25 @@
 //! Whether the vectors show that the rotor has turned since its axis was measured.
 //!
-//! A rotor that turns at ω is ωT ahead of an axis that was measured T before. The voltage that its magnet induces drives the current
-//! `−ωψ/R (1 − e^(−R t/L_q))` across the magnet, alike in vectors along the axis and against it: as a share of theirs, E in the difference of
-//! a pair. Seen from the axis, `E sin ωT` of that lies along it, always towards north. Where north draws more current, that only adds to what
-//! the poles show; where south does, a rotor that turns takes one pole for the other long before it has turned by a right angle.
+//! A rotor that turns at ω is ωT ahead of an axis that was measured a time T before. The voltage that its magnet
+//! induces drives the current `−ωψ/R (1 − e^(−R t/L_q))` across the magnet, equally in vectors along the axis and
+//! against it. Let E be its part in the difference of a pair, relative to the vectors' currents. Seen from the axis, `E
+//! sin ωT` lies along the axis, always towards north. If north draws more current, that only adds to the difference of
+//! the poles. If south does, a turning rotor makes one pole look like the other long before it has turned by a right
+//! angle.
 
 use standstill_interface::{Real, Undetermined};
 
 use super::{Place, Pointer, PolarityTest, Signature};
 use crate::parts::{significance, turning};
 
-/// Largest share of a difference along the axis that may come from what the magnet induces.
+/// Largest share of a difference along the axis that may be due to the magnet's induced voltage.
 const MOST_INDUCED: f64 = 0.5;
 
 impl<T: Real> PolarityTest<T> {
-    /// Returns the reason if the currents across the axis, alike in both directions, show a speed at which the rotor has turned by more than
-    /// 45° since its axis was measured, or by so much that half of a difference along the axis that speaks for south is induced. Only what exceeds noise and the
-    /// legs' delays counts.
+    /// Returns the reason for an undetermined pole if the currents across the axis, equal in both directions, show a
+    /// speed at which the rotor has turned, since its axis was measured, by more than 45°, or by so much that half of a
+    /// difference along the axis that speaks for south is induced. Only the part that exceeds noise and the legs'
+    /// delays counts.
     pub(super) fn turned(&self) -> Option<Undetermined<T>> {
         let s = &self.settings;
         if self.vectors == 0 || s.magnet_flux <= T::zero() || s.place == Place::InLink {
@@ -31,7 +34,7 @@ impl<T: Real> PolarityTest<T> {
         let doubt = significance::known(readings + delays).sqrt();
         let induced = ((self.across / n).abs() - doubt).max(T::zero());
         let by_volt = turning::by_volt(T::of(s.duration().seconds()), s.resistance, s.q_axis_inductance);
-        // Both directions.
+        // Twice, because both vectors of a pair have it.
         let speed = induced * current / (T::of(2.0) * by_volt * s.magnet_flux);
         let angle = speed * T::of(self.since.seconds());
         let mut allowed = Pointer::<T>::most_off_axis();

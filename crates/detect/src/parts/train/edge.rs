@@ -22,7 +22,7 @@ const LEAST: usize = 3;
 /// Samples of one side, evenly apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Side<T> {
-    /// Number of the sample next to the edge, and how many there are, away from it.
+    /// Index of the sample next to the edge; `count`, the next field: number of samples, counted away from the edge.
     nearest: usize,
     count: usize,
     /// Distance of the nearest sample from the edge, in intervals.
@@ -56,14 +56,14 @@ impl<T: Real> Train<T> {
     fn sides(&self) -> Option<[Side<T>; 2]> {
         let (s, on) = (&self.settings, self.settings.samples_on());
         let lead = T::of(self.lead.seconds() / s.interval.seconds());
-        // A sample at the very end may be either's.
+        // A sample at the very end may belong to either side.
         let spoilt = usize::from(self.lead.0 == 0);
         let before = Side {
             nearest: on.checked_sub(1 + spoilt)?,
             count: (on - spoilt).min(MOST),
             distance: if spoilt > 0 { T::one() } else { lead },
         };
-        // While enough of the current is left: it falls about as fast as it has risen.
+        // Only while enough of the current is left: it falls about as fast as it has risen.
         let after = Side { nearest: on, count: (on / 4 * 3).min(MOST), distance: T::one() - lead };
         let enough = before.count >= LEAST && after.count >= LEAST && on + after.count <= s.samples();
         enough.then_some([before, after])
@@ -78,7 +78,8 @@ impl<T: Real> Train<T> {
         sensing: &Sensing<T>,
     ) -> Result<Option<(T, T)>, Fault<T>> {
         let Some([mut before, mut after]) = self.sides() else { return Ok(None) };
-        // When what a sample shows flowed: later than its trigger by its conversion, earlier by the sensors' lag.
+        // The instant at which the current of a sample flowed: later than the trigger by the conversion, earlier by the
+        // sensors' lag.
         let (from, to) = slot.phases();
         let shown =
             |phase| (sensing.late_of(phase) - sensing.lag()) / T::of(self.settings.interval.seconds());
@@ -97,7 +98,8 @@ impl<T: Real> Train<T> {
         Ok((leaves > T::zero() && enters > T::zero()).then_some((enters, leaves)))
     }
 
-    /// Returns r of each line from the shunts below its legs, and its variance by the readings' noise.
+    /// Returns r of each line, see [`GainComparison`], from the shunts below its legs, and its variance by the
+    /// readings' noise.
     pub fn gains_at_edge(&self, gains: &GainComparison<T>) -> ([T; 3], [T; 3]) {
         let squares = |side: Side<T>| side.weights().into_iter().fold(T::zero(), |sum, w| sum + w * w);
         let amplified =

@@ -12,7 +12,7 @@ use super::{Derived, Slot};
 pub(crate) struct GainComparison<T> {
     /// Σ i² of each line's first and second phase, in A².
     squares: [[T; 2]; 3],
-    /// Σ of the products of both in A², and how many they are.
+    /// Σ of the products of both in A²; `count`, the next field: number of products.
     products: [T; 3],
     count: [T; 3],
 }
@@ -65,8 +65,8 @@ impl<T: Real> GainComparison<T> {
         ([ab.0, bc.0, ca.0], [ab.1, bc.1, ca.1])
     }
 
-    /// Returns the most likely r and its variance, from a measured r with this noise and from gains known with this
-    /// standard deviation. Deviations that are more likely noise than gain are left out.
+    /// Returns the most likely r of each line and its variance, from a measured r with the variance `noise` and from
+    /// gains known with the standard deviation `tolerance`. The noisier a measurement is, the less it counts.
     pub fn known(ratios: [T; 3], noise: [T; 3], tolerance: T) -> ([T; 3], [T; 3]) {
         let prior = T::of(2.0) * tolerance * tolerance;
         let share = noise.map(|noise| if prior > T::zero() { prior / (prior + noise) } else { T::zero() });
@@ -76,7 +76,7 @@ impl<T: Real> GainComparison<T> {
         )
     }
 
-    /// Gains of the phases' sensors relative to their mean, from the lines' r.
+    /// Returns the gains of the phases' sensors relative to their mean, from the lines' r.
     pub fn gains([ab, bc, ca]: [T; 3]) -> Abc<T> {
         let third = T::of(3.0);
         Abc::new(((ab - ca) / third).exp(), ((bc - ab) / third).exp(), ((ca - bc) / third).exp())

@@ -1,36 +1,38 @@
-//! Terminals whose capacitance rings with the winding after a pulse: how long, how much of it a pulse's end shows, and waits until it is gone.
+//! Ringing of the terminals' capacitance with the winding after a pulse: its duration, its part of the current at the
+//! end of a pulse, and waits until it has decayed.
 //!
-//! A pulse that begins while a current still rings adds it to all of its samples. What the pulse before has left is opposite in forward and
-//! backward pulses, and so it looks like a difference of the poles.
+//! A pulse that begins while a current still rings has that current in all of its samples. The current that the pulse
+//! before has left is opposite in forward and backward pulses, so it looks like a difference of the poles.
 
 use standstill_interface::{Command, Fault, Nanos, Phase, Reading, Real, Sampling, Stage};
 
 use super::{Place, PulseTrainSettings, Train};
 use crate::nameplate::Nameplate;
 
-/// Waits at most after a pulse, each for as long as terminals may ring.
+/// Largest number of waits after a pulse, each as long as terminals may ring.
 pub(super) const MOST_WAITS: u16 = 12;
 
-/// Time from the begin of a pulse from which on no line conducts, in fifths of the pulse: a current falls at most 1.2 times as long as it has
-/// risen, with what sensors lag.
+/// Time from the begin of a pulse after which no line conducts, in fifths of the pulse: a current, as lagging sensors
+/// show it, falls at most 1.2 times as long as it has risen.
 pub(super) const FALLEN: usize = 11;
 
 /// Standard deviations by which the mean square of readings without current may exceed that of the zeroing.
 const QUIET: f64 = 6.0;
 
-/// Current that may be left beside noise, as a share of the pulse's peak. A pulse that begins with it, forward, and with its opposite,
-/// backward, shows 10/3 of it as a difference of the poles: for x² / 2 the constant that fits best is ∫ x²/2 / ∫ x⁴/4.
+/// Current that may be left beside noise, as a share of the pulse's peak. If forward pulses begin with it and backward
+/// pulses with its opposite, 10/3 of it appears as a difference of the poles: the fit of x² / 2 to a constant gives ∫
+/// x²/2 / ∫ x⁴/4.
 const LEFT: f64 = 0.0005;
 
-/// Capacitance in F that a terminal of switches and a few metres of cable has at most, and the quality of its ringing with a winding of
-/// laminated iron.
+/// Largest capacitance in F of a terminal with switches and a few metres of cable; the next constant is the quality
+/// factor of its ringing with a winding of laminated iron.
 const TERMINAL: f64 = 0.5e-9;
 const QUALITY: f64 = 5.0;
 
 /// Time constants after which a ringing is over: less than a hundredth of it is left.
 const RUNG: f64 = 5.0;
 
-/// Returns the time in which such terminals stop to ring: five times 2 Q √(1.5 L C).
+/// Returns the time in which terminals of this capacitance stop ringing: five times 2 Q √(1.5 L C).
 pub(super) fn time<T: Real>(drive: &Nameplate<T>) -> Nanos {
     let inductance = drive.line_inductance().to_double() / 2.0;
     let square = T::of(1.5 * inductance * TERMINAL).sqrt().to_double();
@@ -76,8 +78,8 @@ impl<T: Real> Train<T> {
         T::of((usize::from(self.settings.zeroing.saturating_sub(1).max(1)) * self.read().len()) as f64)
     }
 
-    /// Judges readings after a pulse: whether what its end has left, of the line's current and of the charge of the terminals, which rings
-    /// with the winding, is gone as far as noise shows it. Orders a wait if not.
+    /// Evaluates readings after a pulse: whether its residue, of the line's current and of the ringing charge of the
+    /// terminals, is gone as far as noise lets it be seen. If not, a wait follows.
     pub(super) fn decayed(&mut self, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
         let (mut squares, mut count) = (T::zero(), T::zero());
         let mut left = T::zero();
@@ -95,7 +97,7 @@ impl<T: Real> Train<T> {
         let quiet = squares <= count * (self.noise * (T::one() + scatter) + share * share);
         let threshold = self.settings.threshold;
         let unseen = self.settings.place.switches() && self.waits == 0;
-        // A current that lasts longer than terminals ring is another one.
+        // A current that lasts longer than terminals can ring has another cause.
         let over = self.still_rings() == Nanos::ZERO || self.waits >= MOST_WAITS;
         if over || quiet && !unseen && left <= threshold {
             self.margin.waited(self.waits + 1, MOST_WAITS + 1, left / threshold);

@@ -33,10 +33,10 @@ impl Slot {
 pub(crate) enum Derived {
     /// All phases have a sensor.
     None,
-    /// This one: two sensors in line.
+    /// This phase has no sensor, the other two have one each in line.
     One(Phase),
-    /// Now one, now another: shunts below the legs. The sensor changes with the direction of the current, and a
-    /// difference of gains looks like saturation.
+    /// Different phases at different times, by shunts below the legs. The sensor changes with the direction of the
+    /// current, so a difference of gains looks like saturation.
     Several,
 }
 

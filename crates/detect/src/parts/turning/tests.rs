@@ -198,8 +198,9 @@ fn law_an_axis_may_be_off_by_two_degrees_and_by_its_noise() {
     assert!(check(f64::NAN, 0.0).is_ok());
 }
 
-/// The turn of an axis from one instant to the next is known up to half turns. At 170° it seems to be −10°, and within a quarter of the time
-/// 42° or so: no direction. What is not known of the speed is what a comparison does not show, as long as no half turn is possible.
+/// The turn of an axis from one instant to the next is known up to half turns. A turn of 170° seems to be −10°, and
+/// that in a quarter of the time 42° or so: no direction. The unseen speed is what the comparison does not show, if no
+/// half turn is possible.
 #[test]
 fn law_an_axis_that_turns_by_half_a_turn_has_no_direction() {
     let folded = |degrees: f64| degrees - 180.0 * (degrees / 180.0).round();

@@ -230,8 +230,9 @@ fn pair(
 /// Times are whole nanoseconds, three edges each way: A.
 const ROUNDING: f64 = 6e-9 * WINDOWS.dc_link * 100.0;
 
-/// Dead time delays the rises of legs whose current flows out of them and the falls of the others. Made good at each edge, it leaves the
-/// mean voltage, the mirrored period and the current in the middle as they are; made good by the mean of a period it would not.
+/// Dead time delays the rises of legs whose current flows out of them and the falls of the others. Compensated at each
+/// edge, it changes neither the mean voltage, nor the mirrored period, nor the current in the middle; compensated by a
+/// mean it would.
 #[test]
 fn analytic_dead_time_that_is_made_good_at_each_edge_leaves_the_middle_as_it_is() {
     // Currents that no ripple turns back.

@@ -4,8 +4,9 @@ use super::*;
 use crate::checks::Check;
 use crate::nameplate::Nameplate;
 
-/// A leg whose duty cycle is limited shortens vectors of one direction along the axis and across it, as a magnet that saturates does along it
-/// alone. Up to 45° off, and as far as noise turns the difference of the two, it may be the magnet's.
+/// A leg whose duty cycle is limited shortens the vectors of one direction: the difference has a part across the axis,
+/// unlike that of a saturating magnet. Up to 45° off the axis, and as far as noise turns the difference, it counts as
+/// the magnet's.
 #[test]
 fn analytic_a_difference_that_points_across_the_axis_names_no_pole() {
     let ended = |rule, effect: f64, across: f64| {
@@ -27,7 +28,7 @@ fn analytic_a_difference_that_points_across_the_axis_names_no_pole() {
     }
     // Without enough evidence for a pole, that is the reason.
     assert!(matches!(reason(0.0, 0.055), Some(Undetermined::NotDecided { .. })));
-    // One pair alone does not tell it from a rotor that moves.
+    // A single pair cannot distinguish it from a rotor that moves.
     assert_eq!(ended(PolarityRule::TwoVectors, 0.1, 0.055), None);
 }
 

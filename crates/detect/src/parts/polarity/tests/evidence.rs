@@ -19,7 +19,8 @@ fn towards_axis(settings: PolaritySettings<f64>, effect: f64, sensor: f64) -> Ve
 #[test]
 fn analytic_two_vectors_have_students_distribution() {
     let two = PolaritySettings { rule: PolarityRule::TwoVectors, ..settings(LOOSE) };
-    // Three waits of three phases tell the noise: nine degrees of freedom, whose distribution is wider than the normal one.
+    // The noise is known from three waits of three phases: nine degrees of freedom, whose distribution is wider than
+    // the normal one.
     let expected = (9.0_f64 / 7.0).sqrt();
     let (mean, deviation) = mean_and_deviation(&towards_axis(two, 0.0, 0.05));
     assert!(mean.abs() < 0.06 && (deviation / expected - 1.0).abs() < 0.05, "{mean} {deviation}");
@@ -32,7 +33,7 @@ fn analytic_two_vectors_have_students_distribution() {
 
 #[test]
 fn analytic_pairs_have_one_standard_deviation() {
-    // All 40 pairs, whatever they say.
+    // All 40 pairs, whatever their evidence.
     let all = SequentialSettings { error: 1e-30, floor: 1e-9, ..LOOSE };
     for effect in [0.0, 0.01, -0.01] {
         let (mean, deviation) = mean_and_deviation(&towards_axis(settings(all), effect, 0.1));
