@@ -117,9 +117,9 @@ choice! {
     pub enum DesignKind {
         /// All combinations.
         Grid = "grid" default,
-        /// Each axis cut into as many equal parts as there are points, each part taken once.
+        /// Each axis is cut into as many equal parts as there are points, and each part is used once.
         LatinHypercube = "latin-hypercube",
-        /// A scrambled Sobol sequence: the points fill the space evenly, and the first of them do too.
+        /// A scrambled Sobol sequence: any number of its first points fills the space evenly.
         Sobol = "sobol",
     }
 }
@@ -142,7 +142,8 @@ pub struct Point {
     pub values: Vec<(String, Value)>,
 }
 
-/// Largest number of points of a design. Each takes some 40 µs to check before the first trial, and 300 bytes an axis until the last.
+/// Largest number of points of a design. Each point takes about 40 µs to check before the first trial, and 300 bytes of
+/// memory per axis until the last trial.
 const MOST_POINTS: usize = 1_000_000;
 
 /// A checked axis whose values can be computed.
@@ -160,7 +161,7 @@ impl<'a> Axis<'a> {
             }
             AxisSpec::List(values) => {
                 match values.iter().enumerate().find(|(k, value)| values[..*k].contains(value)) {
-                    // Its trials would be the same, and be counted twice.
+                    // Both points would have the same trials, which would count twice.
                     Some((_, twice)) => {
                         Err(FileError::key(&key, &format!("{twice} twice"), "each value once"))
                     }
@@ -204,7 +205,7 @@ impl<'a> Axis<'a> {
         }
     }
 
-    /// Returns the value of this index on a grid of `count` values.
+    /// Returns the value with index `number`, from 0, on a grid of `count` values.
     fn on_grid(&self, number: usize, count: usize) -> Value {
         match self {
             Self::List(values) => values[number].clone(),
@@ -249,7 +250,8 @@ pub(super) fn check_typed<'a>(
 ) -> Result<(), FileError> {
     let below = |key: &str, table: &str| key.strip_prefix(table).is_some_and(|rest| rest.starts_with('.'));
     for axis in axes {
-        // The key itself, one of what the axis replaces as a whole, or a table in which it stands.
+        // `key` is the axis itself, a key in a table that the axis replaces as a whole, or a table that contains the
+        // axis.
         let covered =
             |key: &str| key == axis || below(key, axis) || below(axis, key) && document.get(axis).is_some();
         let typed = |origin: &Origin| matches!(origin, Origin::CommandLine | Origin::Option(_));
@@ -275,7 +277,7 @@ fn walked(axes: &[(String, AxisSpec)]) -> Result<Walked<'_>, FileError> {
     axes.iter().map(|(key, spec)| Ok((key.as_str(), Axis::new(key, spec)?))).collect()
 }
 
-/// Returns the number of values of each axis on a grid, and that of all combinations.
+/// Returns the number of values of each axis on a grid, and the number of all combinations.
 fn of_grid(walked: &Walked<'_>) -> Result<(Vec<usize>, usize), FileError> {
     let counts = walked.iter().map(|(key, axis)| axis.count(key)).collect::<Result<Vec<_>, _>>()?;
     let all = counts.iter().try_fold(1_usize, |all, count| all.checked_mul(*count));
@@ -314,7 +316,7 @@ pub fn points(axes: &[(String, AxisSpec)], design: DesignTable, seed: u64) -> Re
             return Err(FileError::key("design.points", "points", needed));
         }
         let (counts, all) = of_grid(&walked)?;
-        // The last axis is walked along first.
+        // The last axis varies fastest.
         let place = |number: usize, k: usize| number / counts[k + 1..].iter().product::<usize>() % counts[k];
         return Ok((0..all).map(|n| point(&|k, axis| axis.on_grid(place(n, k), counts[k]))).collect());
     }
@@ -334,7 +336,7 @@ pub fn points(axes: &[(String, AxisSpec)], design: DesignTable, seed: u64) -> Re
                     let mut order: Vec<usize> = (0..count).collect();
                     let mut draws = Streams::new(seed, k as u64).open(Purpose::Design);
                     for last in (1..count).rev() {
-                        // At most `last`.
+                        // The draw is at most `last`.
                         #[allow(clippy::cast_possible_truncation)]
                         let with = draws.integer(last as u64) as usize;
                         order.swap(last, with);
@@ -350,7 +352,7 @@ pub fn points(axes: &[(String, AxisSpec)], design: DesignTable, seed: u64) -> Re
                 let found = format!("{count} points of {} axes", walked.len());
                 return Err(FileError::key("design", &found, "at most 65536 points of 256 axes"));
             }
-            // Only its low half is used.
+            // The sequence is scrambled by the low 32 bits of the seed.
             #[allow(clippy::cast_possible_truncation)]
             let key = seed as u32;
             let share = |n: usize, k: usize| {

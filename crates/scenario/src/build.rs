@@ -34,7 +34,7 @@ impl ScenarioFile {
         self.scenario_of(&self.motor(files)?, files)
     }
 
-    /// Returns the methods whose readings this drive provides: currents, or terminal voltages.
+    /// Returns the methods that work with the readings of this drive: currents, terminal voltages or captured times.
     pub fn served(&self) -> Vec<MethodName> {
         let arrangement = self.sensors.arrangement.map_or(Arrangement::ThreeInLine, |Named(place)| place);
         let timer = self.sensors.timer.is_some_and(|tick| tick.value() > 0.0);
@@ -94,7 +94,7 @@ impl ScenarioFile {
             drive,
             sensors: self.errors.0.sensors(motor.rated_current, drive.link.voltage),
             faults: Vec::new(),
-            // Until the drive is known that the settings suit.
+            // A placeholder: the method's default settings depend on the drive, which is not complete yet.
             detector: Method::Foreign(ForeignSettings::new()),
             foreign: None,
             hosted: None,
@@ -142,7 +142,7 @@ impl ScenarioFile {
         scenario.faults = faults::settings(&self.faults, &scenario)?;
         scenario.motor = faults::demagnetise(&scenario.faults, scenario.motor)?;
         self.detector.set(&mut scenario);
-        // The drive knows the motor of the data sheet, whatever its temperature is.
+        // The nameplate has the motor's values of the data sheet, not those at the set temperatures.
         let mut nameplate = nameplate(motor, &scenario.drive, &scenario.sensors);
         if let Some(Named(signature)) = self.detector.signature {
             (nameplate.signature, nameplate.pulse_signature) = (signature, signature);
@@ -207,7 +207,8 @@ fn check_sensors(method: MethodName, scenario: &Scenario<Method<f64>>) -> Result
         sources.iter().map(|source| of(*source)).collect::<Vec<_>>().join(" or ")
     };
     let there = scenario.sources();
-    // All that the method can work with; where that is there, what its settings read.
+    // The readings that any settings of the method can use. If the drive has one of them: those that the chosen
+    // settings use.
     let other_settings = Source::any_of(method.sources(), &there);
     let needs = if other_settings { scenario.detector.sources() } else { method.sources() };
     let has = if there.is_empty() {
@@ -238,7 +239,8 @@ pub(super) fn check_memory(motor: &Motor) -> Result<(), FileError> {
         let needed = "\"virgin\", or a motor whose data sheet has a `[hysteresis]`";
         return Err(FileError::key("rotor.memory", "\"former\"", needed));
     };
-    // Where a map ends along d or q is among these; a trial that finds an end between them fails, and says so.
+    // The directions include d and q, along which a map ends. A trial that leaves the map in another direction fails
+    // with an error.
     let around = |parts: u8| {
         (0..parts).map(move |n| Heading::of(f64::from(n) * (std::f64::consts::TAU / f64::from(parts))))
     };
@@ -277,8 +279,9 @@ pub(super) fn check_channel(devices: &Devices, rated_current: f64) -> Result<(),
 /// Largest current through a divider, as a share of the rated current.
 const MOST_LOAD: f64 = 1e-3;
 
-/// Checks that dividers draw a negligible current, because the equations of the winding leave it out. Also checks that
-/// terminals with a capacitance ring beside them, because a solution without oscillation is not simulated.
+/// Checks that dividers draw a negligible current, because the equations of the winding leave it out. For terminals
+/// with a capacitance, also checks that their voltage oscillates in spite of the dividers, because a solution without
+/// oscillation is not simulated.
 fn check_load(scenario: &Scenario<Method<f64>>, rated_current: f64) -> Result<(), FileError> {
     let Some(load) = scenario.sensors.terminal.and_then(|of| of.resistance) else { return Ok(()) };
     let of_current = scenario.drive.link.voltage / (MOST_LOAD * rated_current);

@@ -63,7 +63,7 @@ impl Document {
         // The keys of axes and tolerances have dots in them.
         let dotted = ["axes.", "tolerances."].iter().any(|table| key.starts_with(table));
         let mut parts: Vec<&str> = key.splitn(if dotted { 2 } else { usize::MAX }, '.').collect();
-        // Tables are read one within the other: no key of a scenario has more than a few parts.
+        // Nested tables are read recursively, so their depth is limited. Keys of a scenario have only a few parts.
         let last = parts.pop().filter(|last| !last.is_empty() && parts.len() < MOST_PARTS);
         let Some(last) = last.filter(|_| parts.iter().all(|part| !part.is_empty())) else {
             return Err(wrong("not a key such as `sensors.noise`".to_owned()));
@@ -74,7 +74,7 @@ impl Document {
             let entry = table.entry(*part).or_insert_with(|| {
                 if *part == "faults" { Value::Array(Vec::new()) } else { Value::Table(Table::new()) }
             });
-            // A motor by name becomes one that differs from it.
+            // A motor given by name becomes a table with this name as its `base`.
             if depth == 0
                 && *part == "motor"
                 && let Value::String(name) = entry
@@ -82,7 +82,8 @@ impl Document {
                 let base = Value::String(std::mem::take(name));
                 *entry = Value::Table(std::iter::once(("base".to_owned(), base)).collect());
             }
-            // Of a list, the next part is the number of its table, from 0; the number after the last one adds a table.
+            // In a list, the next part of the path is the index of a table, from 0; the index after the last one adds a
+            // table.
             let below = match entry {
                 Value::Array(list) => {
                     let (number, there) = (parts_left.next(), list.len());
@@ -139,7 +140,7 @@ impl Document {
         }
     }
 
-    /// Turns a key into a sweep axis, which replaces its value in the file.
+    /// Turns a key into a sweep axis, whose values replace the key's value in the file.
     pub fn vary(&mut self, key: &str, axis: &AxisSpec) -> Result<(), FileError> {
         let value =
             Value::try_from(axis).map_err(|error| FileError::key(key, &error.to_string(), "an axis"))?;
@@ -233,7 +234,7 @@ impl Document {
         if !place.is_empty() {
             return FileError::Key { place, key, message };
         }
-        // What is set is noted without quotes around parts with dots.
+        // `changed` has the keys without quotes around parts with dots.
         let plain = key.replace('"', "").replace('[', ".").replace(']', "");
         let by_change = self.changed.iter().rev().find(|(changed, _)| {
             plain == *changed
@@ -248,7 +249,7 @@ impl Document {
                     Origin::Axis => Some("axes"),
                     Origin::Tolerance => Some("tolerances"),
                 };
-                // An axis may be the file's own, or of the command line.
+                // The axis or tolerance may stand in the file or come from the command line.
                 let own = table.map(|table| format!("{table}.{changed}"));
                 let own = own.filter(|own| self.changed.iter().all(|(key, _)| key != own));
                 match own.and_then(|own| key_span(&self.text, &own)) {

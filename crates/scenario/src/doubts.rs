@@ -1,5 +1,5 @@
-//! Doubts about values that can be simulated but are probably mistakes: numbers of a motor that no machine has, numbers that are a large
-//! share of what their key is compared with, keys that contradict one another.
+//! Doubts: warnings of values that can be simulated but are probably mistakes. These are numbers that no motor has,
+//! values that are a large share of their reference (such as the rated current), and keys that contradict one another.
 
 use standstill_detect::{Method, Signature};
 use standstill_plant::Motor;
@@ -9,7 +9,8 @@ use standstill_sim::{Arrangement, RotorState};
 use crate::keys::{Key, Usual, Values, keys};
 use crate::scenario::Scenario;
 
-/// Returns the doubt about a signature that contradicts the motor, so that each start names the wrong pole.
+/// Returns a warning if the detector assumes the wrong signature, the pole that draws more current, so that each start
+/// names the wrong pole; none if the signature agrees with the motor's data.
 ///
 /// ```
 /// use std::path::Path;
@@ -31,7 +32,7 @@ pub fn wrong_signature(scenario: &Scenario<Method<f64>>) -> Option<String> {
     let set = Signature::ALL.into_iter().find(|of| Some(of.in_words()) == described.as_deref())?;
     let drive = scenario.nameplate();
     let known = [drive.signature, drive.pulse_signature];
-    // A fault may be a wrong data sheet.
+    // With faults, a wrong signature may be intended.
     let contradicts = scenario.faults.is_empty()
         && set != Signature::None
         && !known.contains(&set)
@@ -47,7 +48,8 @@ pub fn wrong_signature(scenario: &Scenario<Method<f64>>) -> Option<String> {
     })
 }
 
-/// Returns the doubt about an implausible number of a motor, with the mistake that would explain it.
+/// Returns a warning of an implausible number in a motor's data, with the mistake that would explain it; none if all
+/// numbers are plausible.
 ///
 /// ```
 /// use standstill_plant::built_in;
@@ -59,7 +61,7 @@ pub fn of_motor(motor: &Motor) -> Option<String> {
     motor.doubtful().map(|doubtful| format!("{}: {}", motor.name, doubtful.said()))
 }
 
-/// Returns a sentence for each value of a scenario that is probably a mistake.
+/// Returns the warnings of a scenario, one sentence for each value that is probably a mistake.
 ///
 /// ```
 /// use std::path::Path;
@@ -96,11 +98,11 @@ pub fn of(scenario: &Scenario<Method<f64>>) -> Vec<String> {
     said
 }
 
-/// Ratio of L_d to L_q above which the axes of a motor with a magnet may be exchanged.
+/// Ratio L_d/L_q above which the data sheet of a motor with a magnet may have the two axes exchanged.
 const ABOVE: f64 = 1.02;
 
-/// Returns the doubt about a motor whose magnet lies along the axis of the larger inductance: magnets inside the rotor make L_d the smaller one,
-/// magnets on its surface make both alike.
+/// Returns a warning if a motor with a magnet has a larger L_d than L_q. Usually magnets inside the rotor make L_d the
+/// smaller one, and magnets on its surface make both equal.
 fn exchanged_axes(motor: &Motor) -> Option<String> {
     let [d, q] = [motor.winding.d_axis_inductance(), motor.winding.q_axis_inductance()];
     (motor.has_magnet() && d > ABOVE * q).then(|| {
@@ -113,7 +115,8 @@ fn exchanged_axes(motor: &Motor) -> Option<String> {
     })
 }
 
-/// Returns the doubt about a driven rotor that does not turn; a study of its speed begins so.
+/// Returns a warning of a driven rotor without speed and acceleration, which stands still. [`of`] does not contain this
+/// warning, because a sweep over the speed may begin at zero.
 ///
 /// ```
 /// use std::path::Path;
@@ -131,9 +134,9 @@ pub fn standing(scenario: &Scenario<Method<f64>>) -> Option<String> {
     })
 }
 
-/// Returns the doubt about a settling time that is too short for a shunt's amplifier. At an edge the current through a
-/// shunt below a leg begins or ends, and the current through a shunt in the DC link may change its sign, which is a
-/// jump of twice its size.
+/// Returns a warning if a shunt is read before its amplifier, limited by `sensors.slew`, has settled. At a switching
+/// edge the current in a shunt below a leg jumps by at most the phase current. The current in a DC-link shunt may
+/// change its sign, which is a jump of twice the phase current.
 fn short_settling(scenario: &Scenario<Method<f64>>) -> Option<String> {
     let (sensors, dead_time) = (&scenario.sensors, scenario.drive.dead_time.seconds());
     let jump = if sensors.arrangement == Arrangement::DcLinkShunt { 2.0 } else { 1.0 };
@@ -149,7 +152,7 @@ fn short_settling(scenario: &Scenario<Method<f64>>) -> Option<String> {
     })
 }
 
-/// Returns the doubt about six pulses whose pauses are too short for the current to decay.
+/// Returns a warning if the pauses of the method `six-pulse` are too short for the current to decay.
 fn short_pause(scenario: &Scenario<Method<f64>>) -> Option<String> {
     let Method::SixPulse(six) = &scenario.detector else { return None };
     let least = six.least_pause(&scenario.nameplate());
@@ -162,7 +165,7 @@ fn short_pause(scenario: &Scenario<Method<f64>>) -> Option<String> {
     })
 }
 
-/// Returns the doubt about a key whose value exceeds the usual share of its reference.
+/// Returns a warning if the value of a key exceeds the usual share of the key's reference.
 fn unusual(scenario: &Scenario<Method<f64>>, key: &Key) -> Option<String> {
     let (motor, drive) = (&scenario.motor, &scenario.drive);
     let value = scenario.value(key.path)?.as_float()?;

@@ -19,8 +19,8 @@ pub(crate) fn dc_link(motor: &Motor) -> f64 {
     motor.dc_link.unwrap_or(DC_LINK)
 }
 
-/// Default pick-up of switching edges by the sensors: no amplitude. Usual time constants are 0.3 to 1 µs, frequencies 3
-/// to 10 MHz.
+/// Default pick-up, the ringing in current readings after a switching edge: decay and frequency, but zero amplitude.
+/// Usual time constants are 0.3 to 1 µs, frequencies 3 to 10 MHz.
 pub(crate) const PICK_UP: PickUp = PickUp { amplitude: 0.0, decay: 0.5e-6, frequency: 5e6 };
 
 /// Capacitance in F of each terminal in the error set `field`: two switches and a metre of cable.
@@ -63,23 +63,23 @@ choice! {
     /// How good drive and sensors are.
     #[derive(Default)]
     pub enum ErrorSet {
-        /// Ideal switches without dead time, an idle leg that stays without current, exact sensors. What error is
-        /// left is the method's own: saturation.
+        /// Ideal switches without dead time, idle legs without current, exact sensors. The remaining error is that of
+        /// the method itself, due to saturation.
         None = "none",
-        /// Ideal but for white noise in the current readings, 20 mA rms for 8 A of rated current: the case of the
-        /// Cramér–Rao limit.
+        /// Like `none`, but with white noise in the current readings, 20 mA rms for 8 A of rated current: the case of
+        /// the Cramér–Rao limit.
         Noise = "noise",
         /// A good industrial drive.
         Default = "default" default,
-        /// A poor one.
+        /// A poor industrial drive.
         Harsh = "harsh",
-        /// The good one with what drives have in the field: capacitance at the terminals, and sensors with a bandwidth, phases
-        /// that are converted one after the other, and pick-up of switching edges.
+        /// Like `default`, but with capacitance at the terminals, and with current sensors that have a limited
+        /// bandwidth, convert the phases one after the other, and pick up switching edges.
         Field = "field",
     }
 }
 
-/// Settings of a type of inverter, from which specimens are drawn.
+/// Settings of a type of inverter, from which each trial draws one specimen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveSettings {
     /// Characteristics of switches and diodes.
@@ -169,8 +169,8 @@ impl ErrorSet {
                 ..VoltageSensor::default()
             },
             resolver: Resolver { error: 0.2_f64.to_radians() },
-            // A comparator of a microcontroller on a shunt of a tenth of a volt at rated current, an RC oscillator. Neither a
-            // timer nor a trip: these are a drive's own choice.
+            // Comparators of a microcontroller with an RC oscillator, on a shunt with 0.1 V at rated current. Timer and
+            // trip stay off: only a scenario's own keys turn them on.
             comparator: ComparatorSettings {
                 timer_error: 0.003,
                 offset: 40e-3 * scale,
@@ -205,7 +205,8 @@ impl ErrorSet {
                 },
                 ..default
             },
-            // A Hall or shunt sensor with an amplifier, one converter behind a multiplexer, and a hundredth of its range.
+            // A Hall or shunt sensor with an amplifier, one converter behind a multiplexer, and pick-up of a hundredth
+            // of the converter's range.
             Self::Field => SensorSettings {
                 bandwidth: Some(200e3),
                 bandwidth_tolerance: 0.2,
@@ -224,9 +225,9 @@ impl ErrorSet {
         }
     }
 
-    /// Returns the dividers that this drive would have at its terminals, for this rated current in A. Their range is
-    /// 1.8 times the link's voltage. At this voltage they draw 0.55 mA, or half a thousandth of the rated current if
-    /// that is less. From terminals with a capacitance they draw nothing unless
+    /// Returns the voltage dividers that this drive would have at its terminals, for this rated current in A. Their
+    /// range is 1.8 times the link's voltage. At the link's voltage each draws 0.55 mA, or half a thousandth of the
+    /// rated current if that is less. From terminals with a capacitance they draw nothing unless
     /// `sensors.terminal_load` is set.
     pub fn dividers(self, rated_current: f64, drive: &DriveSettings) -> TerminalSensor {
         let dc_link = drive.link.voltage;
@@ -234,7 +235,7 @@ impl ErrorSet {
         let loads = drive.bridge.terminal_capacitance == 0.0;
         let default = TerminalSensor {
             gain_error: 0.005,
-            // A code of the converter.
+            // One code of the converter.
             offset: 0.25 * scale,
             noise: 0.5 * scale,
             bandwidth: None,

@@ -1,8 +1,8 @@
 //! Faults of motor, inverter, sensors and software: their tables in a file, and their settings in a trial.
 //!
-//! A fault that exists from the begin changes the trial's case, or the drive's knowledge. A fault that begins during
-//! the detection is passed to the simulator with its times. The trial draws its place, size, sign and onset, as it
-//! draws the errors of a drive.
+//! A fault that exists before the detection changes the trial's case or the nameplate, the data that the drive knows. A
+//! fault that begins during the detection is passed to the simulator with its times. Each trial draws place, size, sign
+//! and onset of a fault, as it draws the errors of the drive.
 
 mod apply;
 mod mode;
@@ -103,12 +103,13 @@ pub struct FaultSettings {
     pub at: FaultPlace,
     /// Smallest and largest size, in SI units; zero for a fault without a size.
     pub size: [f64; 2],
-    /// The two other sizes of `turns-shorted`, resistance in Ω and coupling, each with its smallest and largest value; zero for other modes.
+    /// The two further sizes of the mode `turns-shorted`: resistance in Ω and coupling, each with its smallest and
+    /// largest value; zero for other modes.
     pub further: [[f64; 2]; 2],
     /// Smallest and largest number, from 1, of the command from whose start the onset counts; each trial draws one. None: the
     /// onset counts from the start of the detection.
     pub command: Option<[u32; 2]>,
-    /// Earliest and latest onset in s after that start.
+    /// Earliest and latest onset in s, counted from the start that `command` gives.
     pub onset: [f64; 2],
     /// Time in s after which the part works again; infinite if it stays broken.
     pub lasts: f64,
@@ -205,8 +206,8 @@ impl Between {
     /// Returns both values as numbers.
     ///
     /// # Errors
-    /// A value has the wrong quantity or is out of range, or the two are in the wrong order; the error is the value
-    /// found.
+    /// A value has the wrong quantity or is out of range, or the two are in the wrong order; the error is the text of
+    /// the values found.
     fn numbers(&self, read: fn(&Value) -> Option<f64>, [least, most]: [f64; 2]) -> Result<[f64; 2], String> {
         let both = match self {
             Self::One(value) => [value, value],
@@ -220,7 +221,10 @@ impl Between {
         }
     }
 
-    /// Returns both values as numbers, of a key of the fault with this number.
+    /// Returns both values as numbers.
+    ///
+    /// # Errors
+    /// As for [`Self::numbers`]; the error names the key and the `number` of its fault, counted from 0.
     fn within(
         &self,
         read: fn(&Value) -> Option<f64>,
@@ -233,7 +237,7 @@ impl Between {
     }
 }
 
-/// Makes the error of a key of the fault with this number.
+/// Makes the error of a key of the fault with this number, counted from 0.
 fn error(number: usize, key: &str, found: &str, needed: &str) -> FileError {
     FileError::key(&format!("faults[{number}].{key}"), found, needed)
 }
@@ -303,7 +307,8 @@ impl FaultMode {
         self.has_place() && self.name().starts_with("current")
     }
 
-    /// Returns what a drive lacks to have this fault in its typical size beside its own ones; none if it may.
+    /// Returns the part or property that a scenario lacks to have this fault, in its typical size, in addition to the
+    /// scenario's own faults; none if the fault is possible.
     pub fn lacks_usual(self, scenario: &Scenario<Method<f64>>) -> Option<&'static str> {
         let own = scenario.faults.iter().any(|fault| fault.mode == self);
         let short = self == Self::TurnsShorted;
@@ -314,7 +319,8 @@ impl FaultMode {
             ))
     }
 
-    /// Returns what the drive lacks for this fault; none if the fault is possible.
+    /// Returns the part or property that a scenario lacks for this fault, in words for a message; none if the fault is
+    /// possible.
     pub fn lacks(self, scenario: &Scenario<Method<f64>>) -> Option<&'static str> {
         use standstill_sim::Arrangement::{DcLinkShunt, LowSideShunts, None as NoSensors, ThreeInLine};
         let (sensors, arrangement) = (&scenario.sensors, scenario.sensors.arrangement);

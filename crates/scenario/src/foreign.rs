@@ -16,7 +16,7 @@ use super::keys::{DetectorTable, check};
 use crate::DriveSettings;
 
 /// The detector of a trial: of the scenario's method, of a user's library, or of the running program.
-// Made once for a trial of many steps.
+// The size of the variants does not matter: one detector is made per trial.
 #[allow(clippy::large_enum_variant)]
 pub enum Made<D> {
     /// Detector of the scenario's method.
@@ -39,7 +39,7 @@ impl<D> Made<D> {
     /// ended at `end` in s.
     pub(crate) fn shown(&mut self, trace: &Trace, end: f64) -> Own {
         let Self::Foreign(detector) = self else { return Own::default() };
-        // A call is made when the command before it has ended, which is when the next one begins.
+        // The detector is called when a command has ended, which is when the next command begins.
         let is_command = |(time, event): &(f64, Event)| matches!(event, Event::Command).then_some(*time);
         let commands: Vec<f64> = trace.events.iter().filter_map(is_command).collect();
         let Watched { names, rows, log } = detector.watched();
@@ -115,7 +115,10 @@ impl DetectorTable {
         Ok(Duration::from_secs_f64(limit.value()))
     }
 
-    /// Sets the drive's PWM frequency to the library's. Fails if the scenario sets another frequency.
+    /// Sets the drive's carrier period to that of a library whose code runs in the PWM interrupt.
+    ///
+    /// # Errors
+    /// The scenario sets another carrier frequency.
     pub(super) fn adopt_pwm(
         library: &Library,
         drive: &mut DriveSettings,
@@ -133,14 +136,18 @@ impl DetectorTable {
         Ok(())
     }
 
-    /// Returns the factory that makes one detector of the library for each trial.
+    /// Returns the factory that makes one detector of the library for each trial. `knows`: nameplate that the detector
+    /// receives.
+    ///
+    /// # Errors
+    /// A setting in `detector.config` cannot be written as a line KEY=VALUE.
     pub(super) fn maker(
         &self,
         library: Arc<Library>,
         knows: &Nameplate<f64>,
         sensors: &SensorSettings,
     ) -> Result<Maker, FileError> {
-        // A code is the sum of those of all conversions of a sample.
+        // The code of a reading is the sum of the codes of a sample's conversions.
         let conversions = f64::from(sensors.oversampling.max(1));
         let scale =
             |adc: Adc| Scale { bits: adc.bits, per_count: adc.step() / conversions, at_zero: adc.low };
@@ -156,7 +163,7 @@ impl DetectorTable {
             }
             let _ = writeln!(lines, "{key}={text}");
         }
-        // What is not rounded has no counts.
+        // A converter that does not round has no counts.
         let terminal = sensors.terminal.and_then(|dividers| dividers.adc);
         let converters =
             [sensors.adc, sensors.dc_link.adc, terminal].map(|adc| adc.filter(|adc| adc.rounds()).map(scale));

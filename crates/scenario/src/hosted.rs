@@ -18,23 +18,25 @@ const KEY: &str = "detector.python";
 /// Origin of the key's value: the argument of the Python function.
 const ARGUMENT: Origin = Origin::Option("the argument `detector`");
 
-/// Keys of `[detector]` that reach a class: its own settings, what the drive tells it, and the bench's limit of time.
+/// Keys of `[detector]` that have an effect on a Python class: its name, its settings, two values of its nameplate, and
+/// the time limit.
 const REACHING: [&str; 5] =
     [KEY, "detector.config", "detector.signature", "detector.dead_time", "detector.time_limit"];
 
-/// Reason of a detection that [`gave_up`]. Its number is one of the bench's, which are the last ones.
+/// Fault of a detection that [`gave_up`]. The highest fault codes belong to the test bench.
 const GAVE_UP: Own = Own { code: u32::MAX - 3, text: "the detector's program raised an error" };
 
-/// Maker of detectors that the running program has, such as those of a class of Python.
+/// Factory of detectors that the running program provides, such as a Python class.
 pub trait Provider: fmt::Debug + Send + Sync {
-    /// Makes the detector of a trial. `seed`: for its own random numbers, drawn from the trial's.
+    /// Makes the detector of the trial with number `trial`. `seed`: seed for the detector's own random numbers, drawn
+    /// from the random numbers of the trial.
     fn detector(&self, given: &Arc<Given>, seed: u64, trial: u64) -> Box<dyn Detector<f64>>;
 }
 
-/// What a detector of the running program is given.
+/// Data that a detector of the running program receives when it is made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Given {
-    /// What the drive knows of the motor and of itself.
+    /// Nameplate: the data of motor, inverter and sensors that the drive knows.
     pub nameplate: Nameplate<f64>,
     /// The drive's sensors and their converters.
     pub sensors: SensorSettings,
@@ -42,7 +44,7 @@ pub struct Given {
     pub config: Vec<(String, Value)>,
 }
 
-/// A provider and what its detectors are given in a scenario.
+/// A provider of detectors, with the data that its detectors receive in a scenario.
 #[derive(Clone, Debug)]
 pub struct Hosted {
     pub(crate) provider: Arc<dyn Provider>,
@@ -55,7 +57,8 @@ impl PartialEq for Hosted {
     }
 }
 
-/// Returns the step of a detector that cannot go on, because its program has raised an error. A record that ends with it is void.
+/// Returns the last step of a detector whose program has raised an error: the detection fails. The record of its trial
+/// is void, see [`Record::is_void`].
 pub fn gave_up() -> Step<f64> {
     Step::Done(Outcome::Failed { fault: Fault::Own(GAVE_UP), findings: Findings::default() })
 }
@@ -63,13 +66,13 @@ pub fn gave_up() -> Step<f64> {
 impl Record {
     /// Returns whether the trial has no result, because its detector [`gave_up`].
     pub fn is_void(&self) -> bool {
-        // By its text too: crashed libraries have codes of their own, which may be the same.
+        // The text is compared too: a fault of a library may have the same code.
         matches!(&self.run.ended, Ended::Outcome(Outcome::Failed { fault: Fault::Own(own), .. }) if *own == GAVE_UP)
     }
 }
 
 impl Document {
-    /// Makes a class of the running program the detector. `class` is the name of the class in the record of the run:
+    /// Sets a class of the running program as the detector. `class` is the name of the class in the record of the run:
     /// `module.Class@digest`.
     ///
     /// ```
@@ -113,7 +116,8 @@ impl Document {
 }
 
 impl DetectorTable {
-    /// Returns the class that is the detector; none if a method or a library is. `hosted`: the class that the running program provides.
+    /// Returns the provider of the class that `detector.python` names; none if the detector is a method or a library.
+    /// `hosted`: the provider that the running program has, if any.
     ///
     /// # Errors
     /// The program does not provide the class, or settings are given with `detector.python` that do not reach the
@@ -204,7 +208,7 @@ mod tests {
         Plan::new(document)
     }
 
-    /// The record named `bipolar`, and repeating it ran that.
+    /// Once, the record named the method `bipolar`, and repeating the run used this method.
     #[test]
     fn regress_a_run_with_a_class_is_recorded_as_one_and_nobody_else_runs_it() {
         let plan = hosted("trials = 3\ndetector.time_limit = 2").expect("valid");

@@ -1,5 +1,5 @@
-//! The registry of a scenario's keys: each key is one entry of a table, and everything else about it is derived from
-//! the entry.
+//! The registry of a scenario's keys: each key is one entry of a table, and all other descriptions of the key are
+//! derived from this entry.
 //!
 //! The entry in [`table!`] makes the field into which files are read. The following are derived from the list of
 //! entries: ranges and their errors, the schema, effective values, values that trials draw, sources of an error budget,
@@ -100,10 +100,10 @@ pub(crate) trait Table {
         self.set_values().try_for_each(|(key, value)| key.check(value))
     }
 
-    /// Checks that keys which need a certain part of the drive are set only if that part exists.
+    /// Checks that the keys at `paths`, which need a certain part of the drive, are set only if this part is `there`.
     ///
     /// # Errors
-    /// One of these keys is set, but the part is not `there`; the error names the part as `needed`.
+    /// One of these keys is set, but the drive lacks the part; the error describes the part as `needed`.
     fn needs(&self, paths: &[&str], there: bool, needed: &str) -> Result<(), FileError> {
         let set = |path: &&str| self.set_values().find(|(key, _)| key.path == *path);
         match paths.iter().find_map(set) {
@@ -112,7 +112,7 @@ pub(crate) trait Table {
         }
     }
 
-    /// Writes into a scenario each number that sets a field directly.
+    /// Writes each number of the table whose key sets a field of [`Scenario`] directly into this field.
     fn set(&self, scenario: &mut Scenario<Method<f64>>) {
         for (key, value) in self.set_values() {
             if let (Some(set), Some(number)) = (key.set, value.number()) {
@@ -201,9 +201,10 @@ pub(crate) fn check(path: &str, value: &dyn Written) -> Result<(), FileError> {
 }
 
 impl Scenario<Method<f64>> {
-    /// Returns the value of a key of the tables `rotor`, `inverter`, `sensors` and `detector`: a number in the unit of the
-    /// schema, which is SI except for angles in degrees; a choice as its name. None for a key that does not apply to this
-    /// scenario, such as a setting of another method, and for a key whose value only the document has.
+    /// Returns the value of a key of the tables `rotor`, `inverter`, `sensors` and `detector`: a number in the unit of
+    /// the schema, which is SI except for angles in degrees; a choice as its name. None for a key that does not apply
+    /// to this scenario, such as a setting of another method, and for a key that has no value in [`Scenario`] but only
+    /// in the document, such as `detector.library`.
     ///
     /// ```
     /// use standstill_scenario::{Document, Plan};

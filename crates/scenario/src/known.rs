@@ -1,4 +1,5 @@
-//! What a drive knows: the data sheets of its motor and of itself, and its kinds of readings.
+//! The data that a drive has for its detector: the nameplate from the data sheets of motor, inverter and sensors, and
+//! the kinds of readings.
 
 use std::f64::consts::TAU;
 
@@ -49,16 +50,16 @@ fn cross_saturation(motor: &Motor, current: f64) -> f64 {
     if d.abs() > 1e-6 * along.xx { q / d } else { 0.0 }
 }
 
-/// Returns the length of a pulse on two terminals after which rated current flows, at the rotor angle for which it is
-/// shortest.
+/// Returns the length of a voltage pulse between two terminals that raises the current to the rated current, at the
+/// rotor angle for which the pulse is shortest; at most 10 ms.
 fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
-    // A line's current i is a vector of 2/√3 i, its voltage U one of U/√3.
+    // A current i through two terminals is a space vector of length 2/√3 i, a voltage U between them one of U/√3.
     let current = 2.0 / 3.0_f64.sqrt() * motor.rated_current;
     let rest = motor.magnetics.rest(Heading::ZERO);
     let least = (0..32_u8)
         .filter_map(|step| {
             let (sin, cos) = sin_cos(TAU * f64::from(step) / 32.0);
-            // Where a map ends nothing is known.
+            // Beyond the end of a flux map the flux is unknown.
             let flux = motor.magnetics.flux_at(Dq::new(cos, sin) * current, Heading::ZERO).ok()?;
             Some((flux - rest).norm())
         })
@@ -91,7 +92,7 @@ fn link_noise(of: &VoltageSensor) -> f64 {
     standstill_numeric::hypot(of.noise, rounding)
 }
 
-/// Returns the drive's knowledge of this motor and of itself, taken from the data sheets.
+/// Returns the nameplate: the data of motor, inverter and sensors that the drive knows from data sheets.
 pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSettings) -> Nameplate<f64> {
     let devices = drive.bridge.devices;
     let place = match sensors.arrangement {
@@ -99,7 +100,7 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
         Arrangement::DcLinkShunt => Place::InLink,
         Arrangement::ThreeInLine | Arrangement::TwoInLine | Arrangement::None => Place::InLine,
     };
-    // One channel for all lines: gains and filters cannot differ, and nothing is converted later.
+    // One channel reads all phases: gains and filters cannot differ, and no phase is converted later than another.
     let one_shunt = place == Place::InLink;
     // The polarity test goes 2 % beyond the rated current; a map may not cover that.
     let [(signature_at_rated, polarity_difference), (pulse_signature, _)] = [1.0, 0.5]

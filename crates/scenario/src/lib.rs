@@ -1,12 +1,14 @@
-//! Scenarios: the conditions of trials, which an engineer writes and sweeps, and the case of each trial.
+//! Scenarios: the settings of a campaign of trials (motor, drive, sensors, rotor, detector), read from TOML, and the
+//! case that each trial simulates. A trial is one simulated detection at standstill.
 //!
 //! ```text
 //!   text ─► Document ─► (overrides: -s, a point of the axes) ─► ScenarioFile ─► Scenario
 //!           TOML with                                            typed tables     ready to run
 //!           the lines of its keys
 //! ```
-//! Overrides change the document, not the scenario. So every key of a file can be set on the command line and can be a
-//! sweep axis, and its value is checked in one place. A trial is a pure function of its scenario and its number.
+//! Overrides change the document, not the scenario. So every key of a file can be set on the command line or varied by
+//! a sweep axis, and its value is checked in one place. A trial is a pure function of its scenario (which has the seed)
+//! and its number.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod axes;
@@ -67,7 +69,7 @@ pub use tables::ScenarioFile;
 pub use tolerances::Tolerance;
 pub use units::{schema, unit};
 
-// What the sister crates need of each other.
+// Public only for the other crates of the workspace.
 #[doc(hidden)]
 pub use axes::{DesignTable, RangeSpec};
 #[doc(hidden)]

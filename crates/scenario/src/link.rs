@@ -14,7 +14,8 @@ use super::keys::InverterTable;
 const LEAST_TIME_CONSTANT: f64 = 1e-6;
 
 impl InverterTable {
-    /// Returns the DC-link capacitor with the resistance of its source; none for a stiff link.
+    /// Returns the DC-link capacitor with the resistance of its source; none for a stiff link, whose voltage does not
+    /// depend on the current.
     pub(super) fn storage(&self) -> Result<Option<Storage>, FileError> {
         match (self.capacitance.map(Quantity::value), self.source_resistance.map(Quantity::value)) {
             (Some(0.0), _) | (None, None) => Ok(None),

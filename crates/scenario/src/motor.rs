@@ -60,7 +60,7 @@ impl JsonSchema for MotorSpec {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let mut sheet = Sheet::json_schema(generator);
-        // With a base nothing else is needed.
+        // With a base, no other key is required.
         sheet.remove("required");
         if let Some(properties) =
             sheet.get_mut("properties").and_then(|properties| properties.as_object_mut())
@@ -100,11 +100,11 @@ impl MotorSpec {
         FileError::Motor(error)
     }
 
-    /// Returns the value about which a tolerance of a data sheet's number spreads, such as `winding.resistance`; none if the sheet does not have the
-    /// number.
+    /// Returns the data sheet's value of a number, such as `winding.resistance`, as the mean of a tolerance; none if
+    /// the sheet does not have the number.
     ///
     /// # Errors
-    /// The data sheet cannot be read, or has the number in another way.
+    /// The data sheet cannot be read, or gives the number under another key.
     pub(super) fn nominal(&self, key: &str, files: &Files) -> Result<Option<Value>, FileError> {
         let name = match self {
             Self::Named(name) => Some(name.as_str()),
@@ -121,7 +121,7 @@ impl MotorSpec {
         let sheet = Value::Table(sheet);
         let value = || {
             let number = key.split('.').try_fold(&sheet, |value, part| value.as_table()?.get(part))?;
-            // A nameplate's may be plain.
+            // A number of a nameplate may be plain, without a source.
             match number {
                 Value::Table(sourced) => sourced.get("value").cloned(),
                 plain => Some(plain.clone()),
@@ -135,7 +135,7 @@ impl MotorSpec {
         let base;
         let table = match self {
             Self::Named(name) => {
-                // For its messages, which name the key that there is.
+                // Called only for its errors, which name the key `motor` instead of `motor.base`.
                 named(name, files, "motor")?;
                 base = std::iter::once(("base".to_owned(), Value::String(name.clone()))).collect();
                 &base
@@ -143,7 +143,8 @@ impl MotorSpec {
             Self::Table(table) => table,
         };
         let (file, mut sheet) = whole(table, files)?;
-        // A map is looked for beside the data sheet that names it, and that place is no longer known here.
+        // The path of a flux map starts at the folder of its data sheet. The copied sheet has no folder, so the path is
+        // made absolute.
         if let Some(map) = map_of(&mut sheet) {
             let beside = beside(&file, map);
             let absolute = std::path::absolute(beside)
@@ -153,7 +154,8 @@ impl MotorSpec {
         Ok(sheet)
     }
 
-    /// Returns the motor's name for people; for a table, the name of its base.
+    /// Returns the motor's name for messages and reports: the built-in name or the path. For a table: its `name`, or
+    /// the name of its base.
     pub fn name(&self) -> String {
         match self {
             Self::Named(name) => name.clone(),
@@ -228,8 +230,9 @@ fn named(name: &str, files: &Files, key: &str) -> Result<DataSheet, FileError> {
 /// Keys of `[map]` that describe its file and need no source.
 const WORDS: [&str; 3] = ["values", "columns", "beyond"];
 
-/// Merges `changes` into `sheet`. A plain number replaces a sheet's number with its source, and is marked as assumed in
-/// the scenario.
+/// Merges `changes` into `sheet`. A plain number replaces a number of the sheet together with its source, and is marked
+/// as assumed in the scenario. `depth`: 0 for the whole sheet, 1 for one of its tables, 2 for a number with several
+/// parts.
 fn lay_over(sheet: &mut Table, changes: &Table, depth: usize) {
     for (key, value) in changes {
         match (sheet.get_mut(key), value) {
@@ -278,12 +281,12 @@ fn whole(table: &Table, files: &Files) -> Result<(String, Table), FileError> {
     let (file, mut sheet) = match base {
         Some(name) => {
             let (file, text) = text(&name, files, "motor.base")?;
-            // It must be a data sheet by itself, or messages would blame the scenario for it.
+            // The base must be a valid data sheet by itself, or its errors would be reported as errors of the scenario.
             let whole = DataSheet::parse(&file, &text).map_err(FileError::Motor)?;
             let mut sheet = text.parse::<Table>().map_err(|error| {
                 FileError::key("motor.base", &name, &format!("a data sheet: {}", error.message()))
             })?;
-            // A nameplate's name may be that of its file.
+            // A nameplate sheet without a name is named after its file.
             for (key, text) in [("name", whole.name()), ("title", whole.title())] {
                 sheet.entry(key).or_insert_with(|| text.into());
             }

@@ -46,7 +46,8 @@ mod tests {
     use crate::DesignKind;
     use crate::{ErrorSet, PoleRule, Rotor};
 
-    /// Each name is one thing, and is read and written as the schema has it.
+    /// Checks that each name belongs to one variant, that the variant is read and written by it, and that the schema
+    /// has it.
     fn check<T: Choice + std::fmt::Debug>() {
         assert_eq!(T::ALL.len(), T::NAMES.len());
         let schema = schemars::schema_for!(Named<T>).to_value();

@@ -20,22 +20,23 @@ use crate::{Remote, Scenario};
 /// Subject of remarks on results, see [`Plan::note`].
 #[derive(Clone, Copy, Debug)]
 pub enum Note {
-    /// Wrong poles: the motors' data do not show which pole draws more current.
+    /// Wrong poles: a motor's data do not show which pole draws more current.
     Poles,
     /// A flux map of a motor that is too coarse.
     Maps,
-    /// Numbers of a motor that are probably mistakes.
+    /// Implausible numbers in a motor's data, which are probably mistakes.
     Numbers,
-    /// A library that keeps state outside of its own memory.
+    /// A detector library that keeps state in other libraries, where it is not restored between trials.
     Libraries,
 }
 
-/// A checked scenario file: the points of its sweep, with a way to make the scenario of each point.
+/// A checked scenario file: the points of its sweep, and all data from which the scenario of a point or a trial is
+/// made.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub(super) document: Document,
-    /// The document with the motor's whole data sheet, unless an axis changes the motor's base. Scenarios of trials
-    /// with tolerances are made from this document.
+    /// The document with a copy of the motor's whole data sheet, so that its file is not read again. There is no copy
+    /// if an axis changes the motor's base or its flux map. All scenarios are made from this document.
     resolved: Document,
     /// The motor, if no axis and no tolerance changes it.
     motor: Option<Motor>,
@@ -46,28 +47,31 @@ pub struct Plan {
     pole_is_open: bool,
     /// True if at least one motor has a magnet, and with it poles.
     has_poles: bool,
-    /// Remarks of each [`Note`], each listed once.
+    /// Remarks on each subject, in the order of [`Note`]; equal remarks are kept once.
     notes: [BTreeSet<String>; 4],
-    /// Setters that make the scenarios of trials without reading the document; none if a setter would make a different
-    /// scenario.
+    /// Setters that write the values that a trial draws into a scenario without reading the document; none if their
+    /// scenarios would differ from those of the document.
     pub(super) typed: Option<Typed>,
     /// Runner of the trials in another process; none if they run in this process.
     pub(super) remote: Option<Arc<dyn Remote>>,
 }
 
-/// Largest number of points at which setters are compared with the document; with more points, the document is read for each
-/// trial.
+/// Largest number of points at which the setters are compared with the document. With more points there are no setters,
+/// and the document is read for each trial.
 const MOST_TYPED: usize = 200;
 
-/// Largest number of trials whose draws are checked before the first trial.
+/// Largest number of trials whose drawn tolerances are checked before the first trial.
 const MOST_TRIED: u64 = 10_000_000;
 
-/// Keys that belong to the whole campaign and not to a single trial.
+/// Tables and keys of the whole campaign, which can be neither axes nor tolerances.
 const FIXED: [&str; 6] = ["trials", "stop_at", "limit", "axes", "design", "tolerances"];
 
 impl Plan {
     /// Makes the plan of a document. All points are checked now, so that an error at any point is reported before the
     /// first trial.
+    ///
+    /// # Errors
+    /// A key is unknown, or its value is invalid at a point.
     pub fn new(document: Document) -> Result<Self, FileError> {
         Self::with_motor_of(document, None)
     }
@@ -76,7 +80,7 @@ impl Plan {
     /// map takes seconds.
     ///
     /// # Errors
-    /// Errors of [`Plan::new`].
+    /// Those of [`Plan::new`].
     pub fn changed(&self, document: Document) -> Result<Self, FileError> {
         let same = self.document.get("motor") == document.get("motor");
         Self::with_motor_of(document, same.then_some(self))
@@ -89,7 +93,7 @@ impl Plan {
             let first = key.split('.').next().unwrap_or_default();
             let drawn =
                 ["seed", "detector", "detector.library"].contains(&key.as_str()) && table == "tolerances";
-            // A run has one class, whose name is its record.
+            // A run has one Python class, whose name is part of the run's record.
             if FIXED.contains(&first) || drawn || key == "detector.python" {
                 let needed = "a key of the motor, the drive, the rotor or the detector";
                 let error = FileError::key(&format!("{table}.{key}"), "a key of the run itself", needed);
@@ -109,7 +113,7 @@ impl Plan {
             return Err(document.locate(FileError::key(&key, "an axis too", "one of both")));
         }
         let mut resolved = document.clone();
-        // What an axis puts beneath the sheet, or beside it, must find the sheet by its name.
+        // If an axis changes the motor's base or its flux map, the data sheet must be read by its name at each point.
         if !file.axes.keys().any(|key| key == "motor.base" || key.starts_with("motor.map")) {
             let sheet = file.motor.resolved(document.files()).map_err(|error| document.locate(error))?;
             resolved.resolve_motor(sheet);
@@ -148,7 +152,7 @@ impl Plan {
             let Scenario { motor, foreign, .. } = plan.scenario(number)?;
             plan.notes[Note::Libraries as usize]
                 .extend(foreign.and_then(|foreign| foreign.library().shared_note()));
-            // One motor for all points is looked at once.
+            // A motor that all points share is checked once.
             if number == 0 || plan.motor.is_none() {
                 plan.notes[Note::Maps as usize].extend(motor.map_note());
                 let doubt = motor.doubtful().map(|doubt| format!("{}: {}", motor.name, doubt.said()));
@@ -225,7 +229,8 @@ impl Plan {
         self.at(point, &[])
     }
 
-    /// Makes the scenario of one trial at a point, with the values that the trial draws.
+    /// Makes the scenario of one trial at a point, with the values that the trial draws. `nominal`: the scenario at
+    /// this point with nominal values, if it has been made already.
     pub(super) fn drawn(
         &self,
         point: usize,
@@ -235,13 +240,14 @@ impl Plan {
         self.drawer(point, nominal).draw(Streams::new(self.file.seed, trial))
     }
 
-    /// Returns a maker of the scenarios of trials at a point.
+    /// Returns a [`Drawer`] for the trials at a point; `nominal` as in [`Self::drawn`].
     fn drawer<'a>(&'a self, point: usize, nominal: Option<&'a Scenario<Method<f64>>>) -> Drawer<'a> {
         let typed = self.typed.as_ref().zip(nominal).map(|(typed, nominal)| (typed.at(point), nominal));
         Drawer { plan: self, point, nominal, typed }
     }
 
-    /// Returns setters for all tolerances, if at every point they make the same scenarios as the document; else none.
+    /// Returns setters for all tolerances if, at every point, they make the same scenarios as the document; else none.
+    /// `tried`: smallest and largest number of each tolerance for which the document was checked.
     fn setters(&self, tried: Vec<[f64; 2]>) -> Result<Option<Typed>, FileError> {
         if !self.has_tolerances() || self.points.len() > MOST_TYPED {
             return Ok(None);
@@ -258,7 +264,7 @@ impl Plan {
         Ok(Some(typed))
     }
 
-    /// Returns tables, data sheet and motor at a point; setters make a trial's motor from these.
+    /// Returns tables, data sheet and motor at a point, from which setters make the motor of a trial.
     fn base(&self, point: usize) -> Result<Base, FileError> {
         let document = self.document_at(&self.resolved, point)?;
         let file = document.load()?;
@@ -267,14 +273,14 @@ impl Plan {
         Ok(Base { file, sheet, motor })
     }
 
-    /// Draws the values of a trial's toleranced keys.
+    /// Draws the values of a trial's toleranced keys, and returns each key with its value.
     pub(super) fn draws(&self, streams: Streams) -> Vec<(String, Value)> {
         let draw = |drawn: &Drawn| (drawn.key().to_owned(), drawn.draw(streams));
         self.tolerances.iter().map(draw).collect()
     }
 
-    /// Makes the scenario with drawn values of motor, drive and rotor. The detector keeps the settings of the scenario
-    /// without draws, unless a setting of the detector itself was drawn.
+    /// Makes the scenario with the drawn values. The detector keeps the settings that follow from the nominal values,
+    /// unless a key of the detector itself was drawn: it does not know the draws of motor, drive and rotor.
     pub(super) fn with_drawn(
         &self,
         point: usize,
@@ -295,8 +301,8 @@ impl Plan {
         Ok(Scenario { detector, foreign, hosted, ..self.at(point, drawn)? })
     }
 
-    /// Checks the extremes of the values that trials will draw for each key, so that an invalid value is reported before the
-    /// first trial.
+    /// Checks the smallest and the largest value that trials will draw for each key, so that an invalid value is
+    /// reported before the first trial. Returns the two numbers of each key.
     fn check_draws(&self) -> Result<Vec<[f64; 2]>, FileError> {
         let mut tried = Vec::new();
         for drawn in &self.tolerances {
@@ -324,7 +330,7 @@ impl Plan {
     /// Sets the values of a point in a copy of a document.
     fn document_at(&self, document: &Document, point: usize) -> Result<Document, FileError> {
         let mut document = document.clone();
-        // A motor comes before what is changed of it.
+        // The motor is set first, then the keys that change it.
         let (motors, others): (Vec<_>, Vec<_>) = self.points[point]
             .values
             .iter()
@@ -359,7 +365,7 @@ fn nominal(document: &Document, file: &ScenarioFile, key: &str) -> Result<Option
     }
 }
 
-/// Maker of the scenarios of trials at one point.
+/// Makes the scenarios of trials at one point.
 struct Drawer<'a> {
     plan: &'a Plan,
     point: usize,
@@ -369,7 +375,7 @@ struct Drawer<'a> {
 }
 
 impl Drawer<'_> {
-    /// Makes the scenario with values drawn from these streams.
+    /// Makes the scenario of a trial, with values drawn from the trial's random numbers.
     fn draw(&mut self, streams: Streams) -> Result<Scenario<Method<f64>>, FileError> {
         let Self { plan, point, nominal, typed } = self;
         let set =

@@ -30,8 +30,8 @@ choice! {
 }
 
 impl Record {
-    /// Returns the kind of the trial's end. Both ends of an axis are alike on a motor without a magnet, so an axis is all
-    /// there is to find, and errors are those of the axis, whether or not the detector named a pole.
+    /// Returns the kind of the trial's end. A motor without a magnet has no poles: an axis alone counts as found, and
+    /// errors are those of the axis, whether or not the detector named a pole.
     ///
     /// ```
     /// use standstill_detect::MethodName;
@@ -65,7 +65,8 @@ impl Record {
         }
     }
 
-    /// Returns the name of that reason, without numbers; none if the trial is [`Verdict::Found`].
+    /// Returns the name of the reason that [`Self::reason`] describes, without numbers; none if the trial is
+    /// [`Verdict::Found`].
     pub fn reason_name(&self) -> Option<String> {
         match self.run.ended {
             Ended::Outcome(Outcome::Axis { reason, .. }) if self.run.has_pole => {
@@ -88,14 +89,14 @@ impl Record {
         Angle::from_radians(self.run.start_angle).degrees()
     }
 
-    /// Returns the angle that the detector found, in [0, 360)°; none without an angle. On a motor without a magnet: the
-    /// axis, in [0, 180)°.
+    /// Returns the angle that the detector found, in [0, 360)°; none if the detector found no angle. On a motor without
+    /// a magnet: the axis, in [0, 180)°.
     pub fn estimated_angle_deg(&self) -> Option<f64> {
         if self.run.has_pole { self.run.found().map(f64::to_degrees) } else { self.axis_deg() }
     }
 
-    /// Returns the error of the angle, found minus true, in (−180, 180]°; none without an angle. On a motor without a
-    /// magnet: the error of the axis, in (−90, 90]°.
+    /// Returns the error of the angle, found minus true, in (−180, 180]°; none if the detector found no angle. On a
+    /// motor without a magnet: the error of the axis, in (−90, 90]°.
     pub fn error_deg(&self) -> Option<f64> {
         if !self.run.has_pole {
             return self.axis_error_deg();
@@ -104,7 +105,8 @@ impl Record {
         Some(found.difference(Angle::from_radians(self.run.end_angle)).to_degrees())
     }
 
-    /// Returns the axis that was found, in [0, 180)°, with or without a pole; none without an axis.
+    /// Returns the axis that the detector found, in [0, 180)°, whether or not it found the pole; none if it found no
+    /// axis.
     pub fn axis_deg(&self) -> Option<f64> {
         match self.run.ended {
             Ended::Outcome(Outcome::Found { angle, .. } | Outcome::Axis { angle, .. }) => {
@@ -120,31 +122,32 @@ impl Record {
         Some(if error > 90.0 { error - 180.0 } else { error })
     }
 
-    /// Returns half the width in degrees of the sector whose middle is the answer; none if the answer is an angle.
+    /// Returns half the width in degrees of the sector that the detector found, for methods that find a sector instead
+    /// of an angle; none for other methods. The found angle is the middle of the sector.
     pub fn half_sector_deg(&self) -> Option<f64> {
-        // From radians, without what the conversion rounds.
+        // The rounding removes the error of the conversion from radians.
         self.findings().half_sector.map(|half| (half.to_degrees() * 1e9).round() / 1e9)
     }
 
-    /// Returns by how much the found axis misses the rotor's, in degrees with sign: the axis error, or for a sector the
-    /// part of the error beyond half its width. None without an axis.
+    /// Returns the distance from the found axis to the true axis, in degrees with sign: the axis error, or for a sector
+    /// the part of the axis error beyond half the sector's width. None if no axis was found.
     pub fn axis_miss_deg(&self) -> Option<f64> {
         self.axis_error_deg().map(|error| miss_deg(error, self.half_sector_deg()))
     }
 
-    /// Returns by how much the found angle misses the rotor's, in degrees with sign: the error, or for a sector the
-    /// part of the error beyond half its width. None without an angle.
+    /// Returns the distance from the found angle to the true angle, in degrees with sign: the error, or for a sector
+    /// the part of the error beyond half the sector's width. None if no angle was found.
     pub fn miss_deg(&self) -> Option<f64> {
         self.error_deg().map(|error| miss_deg(error, self.half_sector_deg()))
     }
 
-    /// Returns true if the right pole was found; none without a pole. On a motor without a magnet no pole is right or
-    /// wrong.
+    /// Returns true if the found pole is right, false if it is wrong; none if no pole was found, and for a motor
+    /// without a magnet.
     pub fn pole_correct(&self) -> Option<bool> {
         self.error_deg().filter(|_| self.run.has_pole).map(|error| error.abs() <= 90.0)
     }
 
-    /// Returns the outcome in words, with angles to this many decimals.
+    /// Returns the outcome in words, with angles in degrees to the given number of decimals.
     ///
     /// ```
     /// # use standstill_detect::MethodName;
@@ -177,7 +180,7 @@ impl Record {
         }
     }
 
-    /// Returns true if the start ended because its method takes the rotor to turn or to move.
+    /// Returns true if the detection failed because the method concluded that the rotor turns or moves.
     pub fn rotor_turns(&self) -> bool {
         let Ended::Outcome(Outcome::Failed { fault, .. }) = self.run.ended else { return false };
         matches!(fault, Fault::RotorTurns { .. } | Fault::RotorMoves { .. })
@@ -189,8 +192,8 @@ impl Record {
     }
 }
 
-/// Returns the part of an error in degrees beyond half the width of the answer's sector; the whole error without a
-/// sector.
+/// Returns the part of an error beyond half the width of the found sector, all in degrees; the whole error if the
+/// method found an angle instead of a sector.
 ///
 /// ```
 /// use standstill_scenario::miss_deg;
@@ -203,7 +206,7 @@ pub fn miss_deg(error: f64, half_sector: Option<f64>) -> f64 {
     half_sector.map_or(error, |half| (error.abs() - half).max(0.0).copysign(error))
 }
 
-/// Error of a trial that could not be run, because no detector or no machine can be made for it.
+/// Error of a trial that could not be run, because no scenario or no detector can be made for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrialError<E> {
     /// Number of the trial.

@@ -14,14 +14,17 @@ use crate::{FileError, Plan, Record, Scenario, TrialError};
 
 /// Runner of trials in another process.
 pub trait Remote: fmt::Debug + Send + Sync {
-    /// Runs a trial at a point. Fails if there is no record of it.
+    /// Runs a trial at a point.
+    ///
+    /// # Errors
+    /// The trial has no record, for the reason returned.
     fn trial(&self, point: usize, trial: u64) -> Result<Record, Lost>;
 }
 
 /// Reason why a trial has no record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Lost {
-    /// The trial ended its process, for this reason.
+    /// The process ended while it ran the trial, for this reason.
     Trial(String),
     /// No process can run the detector, for this reason.
     All(String),
@@ -38,7 +41,8 @@ impl Plan {
         self
     }
 
-    /// Runs trials in another process, one after the other.
+    /// Runs trials in another process, one after the other. The record of a trial that ended its process is that of a
+    /// failed detection.
     pub(super) fn remote_trials(
         &self,
         remote: &dyn Remote,
@@ -88,7 +92,7 @@ impl Plan {
     }
 }
 
-/// How a library's trial ended, as encoded in a line.
+/// End of a trial with a library's detector, as a line of JSON encodes it.
 #[derive(Serialize, Deserialize)]
 enum End {
     Found(Measured),
@@ -104,10 +108,10 @@ enum End {
     Broken(usize, u64, [usize; 3], [u32; 3]),
 }
 
-/// Run errors that have no numbers.
+/// Run errors without further data.
 const ERRORS: [RunError; 3] = [RunError::BadCommand, RunError::BadDuty, RunError::NoComparator];
 
-/// Run errors that have a place.
+/// Run errors with a [`Place`]: time, conduction modes and currents at which the run failed.
 const BROKEN: [fn(Place) -> RunError; 4] =
     [RunError::Chatter, RunError::NotFinite, RunError::Stuck, RunError::NoStep];
 
@@ -122,7 +126,8 @@ fn broken(which: usize, Place { time, modes, current }: Place) -> End {
 /// evidence needed.
 type Measured = [Option<u64>; 4];
 
-/// Trial, duration in ns, whether the motor has a pole, bits of the run's numbers, counts of work, end.
+/// Content of a line: number of the trial, duration in ns, whether the motor has a magnet, bits of the run's five
+/// numbers, four counts of work, end.
 type Line = (u64, u64, bool, [u64; 5], [u64; 4], End);
 
 impl Record {

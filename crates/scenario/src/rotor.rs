@@ -10,11 +10,12 @@ choice! {
     pub enum Rotor {
         /// Held.
         Locked = "locked" default,
-        /// Free but for its friction.
+        /// Free to turn, with its friction.
         Free = "free",
-        /// Held by a brake that lets it play.
+        /// Held by a brake with play.
         Brake = "brake",
-        /// Turned at `rotor.speed`, with `rotor.acceleration`, by what the motor cannot slow: a vehicle that rolls, a lift that sinks.
+        /// Turned at `rotor.speed` and `rotor.acceleration` whatever the motor's torque, as by a vehicle that rolls or
+        /// a lift that sinks.
         Driven = "driven",
     }
 }
@@ -23,9 +24,10 @@ choice! {
     /// Memory of the stator's iron at the start, where the motor's data sheet has a hysteresis.
     #[derive(Default)]
     pub enum Memory {
-        /// Nothing: it was demagnetised at this angle.
+        /// No remanence: the iron was demagnetised with the rotor at its initial angle.
         Virgin = "virgin" default,
-        /// Former operation, after which the flux last changed by much in some direction: each trial draws its own, uniformly.
+        /// Remanence of former operation, along the direction in which the flux last changed by much. Each trial draws
+        /// this direction, uniformly.
         Former = "former",
     }
 }

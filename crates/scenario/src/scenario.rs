@@ -18,7 +18,8 @@ use crate::known::{nameplate, sources};
 use crate::side_by_side::side_by_side;
 use crate::{DriveSettings, ErrorSet, FaultSettings, Hosted, Made, Record, TrialError, faults};
 
-/// A scenario: one motor, one kind of drive, and one method with its settings `S`.
+/// A scenario, ready to run: one motor, one type of drive, and one detection method with its settings `S`. All its
+/// trials share them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario<S = LineInductanceSettings<f64>> {
     /// The motor.
@@ -34,19 +35,22 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub start_speed: f64,
     /// Acceleration in revolutions per minute and second of a rotor that is driven.
     pub acceleration: f64,
-    /// True if the stator's iron has remanence from former operation. Each trial then draws its direction.
+    /// True if the stator's iron has remanence from former operation. Each trial then draws the direction of the
+    /// remanence.
     pub memory: bool,
-    /// Settings of the drive, from which specimens are drawn.
+    /// Settings of the drive, from which each trial draws one specimen: its gate delays and the phase of its DC-link
+    /// ripple.
     pub drive: DriveSettings,
-    /// Settings of the drive's sensors.
+    /// Settings of the drive's sensors, from which each trial draws one specimen: gains, offsets and further errors.
     pub sensors: SensorSettings,
     /// Faults of motor, inverter, sensors and software; each trial draws their place, size and onset.
     pub faults: Vec<FaultSettings>,
     /// Settings of the method.
     pub detector: S,
-    /// Maker of the detectors of a library, which replace the method; none: the method's detectors run.
+    /// Factory of detectors from a shared library, which replace those of the method; none without a library.
     pub foreign: Option<Maker>,
-    /// Maker of the detectors of the running program, which replace the method; none: the method's or the library's detectors run.
+    /// Factory of detectors from the running program, such as a Python class, which replace those of method and
+    /// library; none without one.
     pub hosted: Option<Hosted>,
     /// Longest simulated time that a detection may take.
     pub time_limit: Nanos,
@@ -56,10 +60,11 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub seed: u64,
 }
 
-/// Longest time in s between two points of a waveform; instants have additional points.
+/// Longest time in s between two points of a recorded waveform; instants of a change, such as switching edges, add
+/// points.
 const RESOLUTION: f64 = 5e-6;
 
-/// Numbers of the trials from which a case takes its random numbers.
+/// Trial numbers that select the random numbers of a case: one for the drive and its sensors, one for the noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Specimen {
     /// Number of the trial that gives the errors of drive and sensors: gains, offsets, delays.
@@ -68,8 +73,8 @@ pub struct Specimen {
     pub noise: u64,
 }
 
-/// Returns the default numerical tolerance, or a hundred-millionth of the flux linkage at rated current if that is
-/// less: some motors have only microwebers.
+/// Returns the integrator's tolerance: the default, or 1e-8 of the flux linkage at rated current if that is less,
+/// because some motors have a flux linkage of only microwebers. The inductance is the smaller one of L_d and L_q.
 pub(crate) fn tolerance(motor: &Motor) -> Tolerance {
     let winding = &motor.winding;
     let inductance = winding.d_axis_inductance().min(winding.q_axis_inductance());
@@ -78,7 +83,7 @@ pub(crate) fn tolerance(motor: &Motor) -> Tolerance {
 
 impl Scenario {
     /// Makes a scenario of the paper's method on this motor, at its nominal DC-link voltage and with one of the error
-    /// sets. The sign of the saliency is the motor's.
+    /// sets. The method assumes the motor's own sign of L_q − L_d.
     pub fn paper(motor: Motor, errors: ErrorSet, decay: Decay, rotor: RotorState, seed: u64) -> Self {
         Scenario::new(motor, errors, rotor, seed, |drive| LineInductanceSettings::paper(decay, drive))
     }
@@ -86,7 +91,7 @@ impl Scenario {
 
 impl Scenario<Method<f64>> {
     /// Makes a scenario of a method with its default settings for this motor, at its nominal DC-link voltage with one
-    /// of the error sets. If the method reads terminal voltages, the drive has dividers at its terminals.
+    /// of the error sets. If the method reads terminal voltages, the drive has voltage dividers at its terminals.
     pub fn of_method(
         method: MethodName,
         motor: Motor,
@@ -104,8 +109,8 @@ impl Scenario<Method<f64>> {
 }
 
 impl<S: Settings<f64>> Scenario<S> {
-    /// Makes a scenario of a method on this motor, at its nominal DC-link voltage with one of the error sets; `settings` derives
-    /// the settings from the drive's knowledge.
+    /// Makes a scenario of a method on this motor, at its nominal DC-link voltage with one of the error sets;
+    /// `settings` derives the method's settings from the nameplate.
     pub fn new(
         motor: Motor,
         errors: ErrorSet,
@@ -137,12 +142,13 @@ impl<S: Settings<f64>> Scenario<S> {
         }
     }
 
-    /// Returns what the drive knows of the motor and of itself.
+    /// Returns the nameplate: the data of motor, inverter and sensors that the drive knows from data sheets.
     pub fn nameplate(&self) -> Nameplate<f64> {
         nameplate(&self.motor, &self.drive, &self.sensors)
     }
 
-    /// Returns the kinds of readings that the drive has.
+    /// Returns the kinds of readings that the drive's sensors provide: phase currents, DC-link current, terminal
+    /// voltages, captured times.
     pub fn sources(&self) -> Vec<Source> {
         let sensors = &self.sensors;
         sources(sensors.arrangement, sensors.terminal.is_some(), sensors.comparator.timer > 0.0)
@@ -153,7 +159,11 @@ impl<S: Settings<f64>> Scenario<S> {
         Source::any_of(settings.sources(), &self.sources())
     }
 
-    /// Checks that the detector can work with its settings.
+    /// Checks that the drive provides the readings and the carrier period of the method, and that a detector can be
+    /// made.
+    ///
+    /// # Errors
+    /// The first setting that does not fit.
     pub fn check(&self) -> Result<(), SettingsError> {
         if !self.serves(&self.detector) {
             return Err(SettingsError {
@@ -168,7 +178,8 @@ impl<S: Settings<f64>> Scenario<S> {
         self.try_detector()
     }
 
-    /// Checks that a detector can be made. A library that is loaded only in other processes is checked there.
+    /// Checks that a detector can be made. A detector of the running program is not checked here, nor a library that
+    /// only other processes load: these processes check it.
     pub(crate) fn try_detector(&self) -> Result<(), SettingsError> {
         if self.hosted.is_some() {
             return Ok(());
@@ -179,20 +190,21 @@ impl<S: Settings<f64>> Scenario<S> {
         }
     }
 
-    /// Makes the detector for a case of this scenario: the method's, or the library's or the running program's with the seed of the case.
+    /// Makes the detector for a case of this scenario: that of the running program if there is one, else that of the
+    /// library, else that of the method. The first two receive a seed drawn from the case's random numbers.
     ///
     /// # Errors
-    /// The detector cannot work with its settings, or the library refuses them with a message.
+    /// The method's detector cannot work with its settings, or the library refuses them with a message.
     pub fn detector_for(&self, case: &Case) -> Result<Made<S::Detector>, SettingsError> {
         self.made(case, Some(case.streams.index()))
     }
 
-    /// Makes the detector of a case. `trial`: number of the trial, which a library receives; none for a check without a
-    /// trial.
+    /// Makes the detector of a case. `trial`: number of the trial, which is passed to a library or the running program;
+    /// none if the detector is made only for a check.
     fn made(&self, case: &Case, trial: Option<u64>) -> Result<Made<S::Detector>, SettingsError> {
         let drawn = || {
             let mut draws = case.streams.open(Purpose::Detector);
-            // A draw has 48 bits.
+            // One draw has only 48 bits, a seed has 64.
             let [high, low] = [(); 2].map(|()| draws.integer(u64::from(u32::MAX)));
             (high << 32 | low, draws)
         };
@@ -215,7 +227,7 @@ impl<S: Settings<f64>> Scenario<S> {
         self.case_of(Streams::new(self.seed, trial))
     }
 
-    /// Returns the case with draws from a tape.
+    /// Returns the case of a trial whose random draws come from a tape.
     pub fn case_taped<'a>(&'a self, tape: &'a Tape) -> Case<'a> {
         self.case_of(Streams::taped(tape))
     }
@@ -225,8 +237,9 @@ impl<S: Settings<f64>> Scenario<S> {
         self.case_from(angle, streams, streams)
     }
 
-    /// Returns the case at a given electrical angle in rad. If cogging exceeds the stiction of a free rotor at this
-    /// angle, takes the next angle at which the rotor can rest.
+    /// Returns the case with the rotor at an electrical angle in rad and the random numbers of `specimen`. A free rotor
+    /// that its friction cannot hold at this angle, against cogging and load, starts at the angle at which it comes to
+    /// rest.
     pub fn case_at(&self, angle: f64, specimen: Specimen) -> Case<'_> {
         let [drive, noise] = [specimen.drive, specimen.noise].map(|trial| Streams::new(self.seed, trial));
         self.case_from(angle, drive, noise)
@@ -237,7 +250,7 @@ impl<S: Settings<f64>> Scenario<S> {
         let mut rotor = self.rotor;
         match &mut rotor {
             RotorState::Locked | RotorState::Driven => {}
-            // One that turns does not stand anywhere.
+            // A rotor that turns has no angle of rest.
             RotorState::Free if self.start_speed != 0.0 => {}
             RotorState::Free => angle = self.motor.standing_angle(angle, self.load_torque).unwrap_or(angle),
             RotorState::Braked(play) => *play = self.standing_play(angle, *play, drive),
@@ -263,8 +276,9 @@ impl<S: Settings<f64>> Scenario<S> {
         case
     }
 
-    /// Returns the brake's play around the rotor's initial position. The position is drawn; if the torque exceeds the
-    /// stiction, it is the end to which the torque turns the rotor.
+    /// Returns the brake's play below and above the rotor's initial position, in rad electrical. The initial position
+    /// within the play is drawn uniformly; if cogging and load exceed the stiction, it is the stop to which they turn
+    /// the rotor.
     fn standing_play(&self, angle: f64, play: Play, streams: Streams) -> Play {
         let whole = play.below + play.above;
         let torque = self.motor.cogging(angle) - self.load_torque;
@@ -279,12 +293,15 @@ impl<S: Settings<f64>> Scenario<S> {
     }
 
     /// Runs a trial with the scenario's detector.
+    ///
+    /// # Errors
+    /// The detector cannot work with its settings.
     pub fn trial(&self, trial: u64) -> Result<Record, SettingsError> {
         Ok(self.trial_with(trial, &mut self.detector_for(&self.case(trial))?))
     }
 
-    /// Runs trials side by side in this thread, several times as fast as one after the other; `done` receives each
-    /// record when its trial ends.
+    /// Runs trials side by side in this thread, several times as fast as one after the other; `done` receives the
+    /// record of each trial when the trial ends.
     ///
     /// # Errors
     /// No detector can be made for a trial. Then no further trial begins, and trials that have begun are completed.
@@ -297,7 +314,8 @@ impl<S: Settings<f64>> Scenario<S> {
         side_by_side(trials.into_iter().map(of), |_, record| done(record))
     }
 
-    /// Runs the trial whose draws a tape gives, with the scenario's detector. The record has the number of the tape.
+    /// Runs a trial whose random draws come from a tape, with the scenario's detector. The record has the tape's trial
+    /// number.
     ///
     /// ```
     /// use standstill_scenario::{ErrorSet, Scenario};
@@ -308,7 +326,7 @@ impl<S: Settings<f64>> Scenario<S> {
     /// let motor = built_in("paper-5k5").expect("a built-in motor");
     /// let method = MethodName::LineInductanceFast;
     /// let scenario = Scenario::of_method(method, motor, ErrorSet::Default, RotorState::Locked, 1);
-    /// // An empty tape of the scenario's seed gives the campaign's trial and then holds what that drew.
+    /// // An empty tape with the scenario's seed gives trial 5 of the campaign, and then holds the draws of that trial.
     /// let mut tape = Tape::new(scenario.seed, 5);
     /// assert_eq!(scenario.trial_taped(&tape), scenario.trial(5));
     /// assert_eq!(tape.normals(Purpose::CurrentGain).len(), 3);
@@ -323,8 +341,8 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok(Record { trial: tape.index(), run })
     }
 
-    /// Runs trials with draws from tapes, side by side in this thread; `done` receives each record with the index of
-    /// its tape when the trial ends.
+    /// Runs trials whose random draws come from tapes, side by side in this thread; `done` receives each record, with
+    /// the index of its tape in `tapes`, when the trial ends.
     ///
     /// # Errors
     /// No detector can be made for a tape. Then no further trial begins, and trials that have begun are completed.
@@ -332,10 +350,10 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok(side_by_side(tapes.iter().map(|tape| (self, Streams::taped(tape))), done)?)
     }
 
-    /// Runs a case twice: as a campaign does, to the last bit, and with an observer. Returns the record of the first
-    /// run, the observed run, and its waveforms, with a point every 5 µs or about `most_rows` points, whichever is
-    /// less. With `ledger`, energies are integrated too, which changes the observed steps slightly. A library logs as
-    /// in a campaign.
+    /// Runs a case twice: first as a campaign does, with the same result bit by bit, then with an observer. Returns the
+    /// record of the first run, and the second run with its waveforms. Their points are 5 µs apart, or further apart if
+    /// more than about `most_rows` points would result. With `ledger`, the second run also integrates energies, which
+    /// changes its steps slightly. The detector of a library logs as in a campaign.
     ///
     /// # Errors
     /// The detector cannot work with its settings.
@@ -348,7 +366,7 @@ impl<S: Settings<f64>> Scenario<S> {
         self.twice(case, false, (ledger, most_rows))
     }
 
-    /// Runs the trial of a case as [`Self::watched`] does; the trace also has the channels and the log of a library's
+    /// Runs a case twice as [`Self::watched`] does; the waveforms also contain the channels and the log of a library's
     /// detector.
     ///
     /// # Errors
@@ -362,8 +380,9 @@ impl<S: Settings<f64>> Scenario<S> {
         self.twice(case, true, (ledger, most_rows))
     }
 
-    /// Runs a case, and once more with an observer and a second detector. With `shows` the trace has the channels and
-    /// the log of the second detector, and the log of the first one is dropped; else that of the second one.
+    /// Runs a case, and runs it once more with an observer and a second detector. With `shows`, the trace contains
+    /// channels and log of the second detector, and the log of the first detector is dropped. Without `shows`, the log
+    /// of the second detector is dropped.
     fn twice(
         &self,
         case: &Case,
@@ -389,7 +408,7 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok((Record { trial: case.streams.index(), run: alone }, observed, trace))
     }
 
-    /// Runs a trial with any detector.
+    /// Runs a trial with the given detector in place of the scenario's.
     pub fn trial_with(&self, trial: u64, detector: &mut dyn Detector<f64>) -> Record {
         Record { trial, run: run(&self.case(trial), detector, false, &mut NoProbe) }
     }

@@ -7,9 +7,9 @@ use standstill_sim::{Streams, run_side_by_side};
 
 use crate::{Record, Scenario, TrialError};
 
-/// Runs trials with these draws side by side in this thread, each with a detector of its scenario, until all are done
-/// or a detector cannot be made; trials that have begun are completed. `done` receives each record with the index of
-/// its draws.
+/// Runs trials side by side in this thread, each with a detector of its scenario, until all are done or a detector
+/// cannot be made; trials that have begun are completed. Each item of `trials` is the scenario of a trial and the
+/// trial's random numbers. `done` receives each record with the index of its item.
 pub(crate) fn side_by_side<'a, S: Settings<f64> + 'a>(
     trials: impl Iterator<Item = (&'a Scenario<S>, Streams<'a>)>,
     mut done: impl FnMut(usize, Record),
@@ -22,7 +22,7 @@ pub(crate) fn side_by_side<'a, S: Settings<f64> + 'a>(
         let detector = scenario.detector_for(&case);
         Some((case, detector.map_err(|error| failed = Some(TrialError { trial, error })).ok()?))
     });
-    // Fused: other lanes must not go on behind it.
+    // Fused, so that no trial begins after the first one without a detector.
     run_side_by_side(cases.fuse(), |number, run| {
         done(number, Record { trial: numbers.borrow()[number], run });
     });

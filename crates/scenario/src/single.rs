@@ -80,13 +80,13 @@ impl Single {
 }
 
 impl Plan {
-    /// Returns a trial at a point, as [`Plan::trial`] runs it.
+    /// Returns the trial with this number at a point, with its draws, as [`Plan::trial`] runs it.
     ///
     /// # Errors
     /// A drawn value is invalid.
     ///
     /// # Panics
-    /// If there is no such point.
+    /// The plan has no point with this index.
     pub fn single(&self, point: usize, trial: u64) -> Result<Single, FileError> {
         let nominal = self.scenario(point)?;
         let drawn = self.draws(Streams::new(self.file().seed, trial));

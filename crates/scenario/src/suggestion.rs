@@ -8,7 +8,7 @@ use super::units::{motor_places, places};
 /// Least Jaro–Winkler similarity, from 0 to 1, at which an unknown word may be a misspelling of a known one.
 const NEAR: f64 = 0.75;
 
-/// Similarity from which a word of the same table is more likely meant than the word itself in another table.
+/// Similarity above which a misspelt key of the same table is more likely than the same key in another table.
 const NEARLY_EQUAL: f64 = 0.9;
 
 /// Returns the known word that is most similar to `word`; none if no word is similar enough.
@@ -23,7 +23,7 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     nearer(word, known, NEAR)
 }
 
-/// Returns the known word that is most similar to `word`; none if no similarity is above the least one.
+/// Returns the known word that is most similar to `word`; none if no similarity is above `least`.
 fn nearer<'a>(word: &str, known: impl IntoIterator<Item = &'a str>, least: f64) -> Option<&'a str> {
     let like = known.into_iter().map(|known| (strsim::jaro_winkler(known, word), known));
     like.max_by(|(a, _), (b, _)| a.total_cmp(b)).filter(|(like, _)| *like > least).map(|(_, known)| known)
@@ -46,7 +46,8 @@ pub(super) fn unknown(message: &str) -> Option<(String, Vec<String>)> {
     Some((quoted.next()?, quoted.collect()))
 }
 
-/// Adds the nearest known word to a message, if a word is similar enough.
+/// Returns the message about an unknown word in `table`, with the word that was probably meant: the nearest one of the
+/// `known` words, or the same word in another table. `message` is that of serde.
 pub(super) fn suggest(message: &str, table: &str, word: &str, known: &[String]) -> String {
     if known.is_empty() {
         return message.to_owned();
@@ -55,7 +56,8 @@ pub(super) fn suggest(message: &str, table: &str, word: &str, known: &[String]) 
     if let Some(why) = FaultMode::refused(word).filter(|_| of_faults) {
         return format!("not simulated: {why}. Known: {}", known.join(", "));
     }
-    // Such as `[axes.sensors.noise]`; in `[axes."sensors.noise"]` the key is in quotes, and an unknown word is one of the axis.
+    // `[axes.sensors.noise]` lacks the quotes. In `[axes."sensors.noise"]`, an unknown word is a key of the axis
+    // itself.
     let written = ["axes.", "tolerances."].iter().find_map(|dotted| table.strip_prefix(dotted));
     if let Some(key) = written.filter(|key| !key.starts_with('"')) {
         return format!("a key with dots is written in quotes here: \"{key}.{word}\" = …");

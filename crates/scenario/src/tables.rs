@@ -86,8 +86,8 @@ const fn seed() -> u64 {
 }
 
 impl ScenarioFile {
-    /// Returns the text of the scenario file. Axes stay inline in their order, because it is the order of the points:
-    /// as separate tables they would be moved behind plain values.
+    /// Returns the TOML text of the scenario file. Axes are written inline, because their order is the order of the
+    /// points: TOML would write axes that are tables after those that are lists.
     ///
     /// # Errors
     /// TOML cannot write a value.
@@ -95,7 +95,7 @@ impl ScenarioFile {
         let wrong =
             |error: toml::ser::Error| FileError::key("scenario", &error.to_string(), "values that TOML has");
         let mut table = Self { axes: IndexMap::new(), ..self.clone() };
-        // A table of the rotor has its state, and a rotor that is held as by default needs no table.
+        // `[rotor]` always contains `state`; the table is left out if the rotor is held and no other key is set.
         table.rotor.state = Some(Named(self.rotor.state()));
         if table.rotor == (RotorTable { state: Some(Named::default()), ..RotorTable::default() }) {
             table.rotor = RotorTable::default();
@@ -104,7 +104,7 @@ impl ScenarioFile {
         if !other && !self.axes.contains_key("detector.library") {
             table.detector.method = Some(Named(table.detector.method()));
         }
-        // By way of values: what is derived for the tables is then compiled for them, and not for each way in which TOML writes a table.
+        // By way of `Value`, so that the derived `Serialize` code is compiled for one serializer instead of several.
         let mut text = toml::to_string(&Value::try_from(table).map_err(wrong)?).map_err(wrong)?;
         if !self.axes.is_empty() {
             text += "\n[axes]\n";

@@ -7,8 +7,8 @@ use super::document::FileError;
 use super::keys::{InverterTable, Written};
 use super::named::Named;
 
-/// Quality factor of the ringing if the winding's resistance at its frequency was not measured: the amplitude halves in
-/// a period.
+/// Assumed quality factor of the terminals' ringing, unless `inverter.terminal_resistance` gives the winding's
+/// resistance at the ringing frequency. The amplitude about halves in each period.
 const QUALITY: f64 = 5.0;
 
 /// Least quality factor of ringing terminals. A lower one means that the winding's resistance exceeds half of the
@@ -22,8 +22,8 @@ fn impedance(bridge: &Bridge, motor: &Motor) -> f64 {
     (1.5 * inductance / bridge.terminal_capacitance).sqrt()
 }
 
-/// Returns √(3 L/C) in Ω, with the larger of L_d and L_q: the characteristic impedance of the slowest ringing, of two
-/// terminals along the third's axis. Zero without a capacitance.
+/// Returns √(3 L/C) in Ω, with the larger of L_d and L_q: the characteristic impedance of the slowest ringing, in which
+/// two terminals ring along the axis of the third phase. Zero without a capacitance.
 pub(super) fn slowest_impedance(bridge: &Bridge, motor: &Motor) -> f64 {
     if bridge.terminal_capacitance == 0.0 {
         return 0.0;
@@ -52,11 +52,11 @@ impl InverterTable {
                     let needed = "`inverter.terminal_capacitance` beside it: without it nothing rings";
                     Err(FileError::key(resistance, &value.to_string(), needed))
                 }
-                // One of several capacitances: nothing rings, so that nothing meets it.
+                // A sweep over capacitances may contain 0: nothing rings there, and the resistance has no effect.
                 _ => Ok(()),
             };
         }
-        // What ends a swing is a diode: a leg without would raise its terminal to the 25 kV that the winding's energy makes of it.
+        // Only diodes limit the swing of a terminal. Without diodes, the winding's energy would raise it to 25 kV.
         match self.open_leg {
             Some(Named(open @ OpenLeg::Open)) => {
                 let needed = "\"diodes\" where terminals have a capacitance, as those of \"field\" do unless `inverter.terminal_capacitance` is 0: without diodes nothing ends their swing";

@@ -75,7 +75,7 @@ impl Drawn {
                 width.value
             }
         };
-        // Below a tenth of a deviation it is a uniform distribution.
+        // Truncated below 0.1 standard deviations, a normal distribution is practically uniform.
         if cut.is_some_and(|cut| cut.is_nan() || cut < 0.1) {
             return Err(FileError::key(&path, "`truncated` below 0.1", "at least 0.1 standard deviations"));
         }
@@ -97,8 +97,8 @@ impl Drawn {
         Number { value: number, ..self.mean.clone() }.to_value()
     }
 
-    /// Converts a number in the mean's unit to the SI unit, bit by bit as if the document were read. None for an
-    /// unknown unit.
+    /// Converts a number in the mean's unit to the SI unit, with the same bits as if the document were read. None for
+    /// an unknown unit.
     pub(super) fn si(&self, number: f64) -> Option<f64> {
         Some(rounded(number, self.power?))
     }

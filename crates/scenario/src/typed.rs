@@ -19,7 +19,7 @@ use crate::tables::ScenarioFile;
 use crate::tolerances::Drawn;
 use crate::{FileError, Scenario};
 
-/// Target of a drawn key, which its number sets.
+/// Field or value that the drawn number of a key sets.
 #[derive(Clone, Copy, Debug)]
 enum Set {
     /// A number of drive, sensors or load that sets one field of the scenario.
@@ -60,7 +60,7 @@ pub(super) struct Base {
     pub(super) motor: Motor,
 }
 
-/// Maker of the scenarios of trials at one point.
+/// Makes the scenarios of trials at one point.
 #[derive(Debug)]
 pub(super) struct Drawer<'a> {
     typed: &'a Typed,
@@ -81,7 +81,7 @@ impl Typed {
         Ok(Some(Self { setters, tried, bases: bases.collect::<Result<_, _>>()? }))
     }
 
-    /// Returns the maker of scenarios at a point.
+    /// Returns a [`Drawer`] for the trials at a point.
     pub(super) fn at(&self, point: usize) -> Drawer<'_> {
         let base = &self.bases[point];
         Drawer { typed: self, base, sheet: base.sheet.clone() }
@@ -149,7 +149,8 @@ impl Drawer<'_> {
 
 impl Base {
     /// Replaces the scenario's motor by one with changed numbers, and updates all values that depend on the motor. The
-    /// drive's knowledge stays that of the data sheet.
+    /// nameplate that the drive knows stays that of the nominal motor. None if the data sheet or the scenario becomes
+    /// invalid.
     fn put_motor(
         &self,
         scenario: &mut Scenario<Method<f64>>,

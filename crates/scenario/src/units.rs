@@ -21,7 +21,7 @@ pub fn schema() -> Value {
     schema
 }
 
-/// Returns the schema without ranges, in which paths and units are found.
+/// Returns the schema without ranges; it suffices to find paths and units.
 fn unlimited() -> Value {
     let mut schema = schemars::schema_for!(ScenarioFile).to_value();
     schema["title"] = "Standstill scenario".into();
@@ -38,7 +38,8 @@ fn pointer(path: &str, schema: &Value) -> Option<String> {
     })
 }
 
-/// Limits the numbers of a place, among all its alternatives.
+/// Writes a range into the schema at `place`, as `minimum`, `maximum` and further words, or into its alternatives that
+/// are numbers.
 fn limit(place: &mut Value, range: &Range) {
     let number = |kind: &Value| kind == "number" || kind == "integer";
     let is_number = place.get("type").is_some_and(|kind| match kind {
@@ -67,7 +68,7 @@ fn limit(place: &mut Value, range: &Range) {
     }
 }
 
-/// Returns an entry of a key's schema, searched in all its alternatives.
+/// Returns an entry of a key's schema, such as `x-unit`, searched in all alternatives of the key.
 fn entry(key: &str, word: &str) -> Option<Value> {
     let schema = unlimited();
     let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema))?;
@@ -98,7 +99,7 @@ pub fn has_numbers(key: &str) -> Option<bool> {
 pub(super) fn places(name: &str) -> Vec<String> {
     let schema = unlimited();
     let tables = schema["properties"].as_object().into_iter().flatten();
-    // A motor's keys are many, and alike those of the scenario.
+    // Keys of the motor are left out: they are many, and some have the same names as keys of the scenario.
     let tables = tables.map(|(table, _)| table.as_str()).filter(|table| *table != "motor");
     let own = schema["properties"].get(name).map(|_| name.to_owned());
     own.into_iter()

@@ -1,5 +1,5 @@
-//! Limits of numbers that follow from numbers of the motor: devices that let a current decay in no time, and loads that turn
-//! a rotor in no time.
+//! Limits that depend on the motor: largest resistances of switches and diodes, from the winding's time constant, and
+//! the largest load torque, from the rotor's acceleration.
 
 use std::f64::consts::TAU;
 
@@ -8,14 +8,16 @@ use standstill_inverter::DeviceKind;
 use crate::Scenario;
 use crate::document::FileError;
 
-/// Shortest time constant in s of the winding with a device in its path, as that of the winding alone.
+/// Shortest time constant in s of the winding's smaller inductance with the resistance of a switch or diode. Data
+/// sheets have the same limit for the winding alone.
 const LEAST_TIME_CONSTANT: f64 = 1e-6;
 
-/// Largest acceleration of a rotor by its load in revolutions per minute and second, as that of a rotor that is driven.
+/// Largest acceleration of a rotor by its load, in revolutions per minute and second; the same limit as for
+/// `rotor.acceleration`.
 const MOST_ACCELERATION: f64 = 1e7;
 
-/// Checks the resistances of switches and diodes that are `given`, and the load of a rotor. What an error set has in place of a
-/// resistance that is not given follows from the motor.
+/// Checks the resistances of switches and of diodes, each only if its flag in `given` is true, and the load torque. A
+/// resistance that the file does not give needs no check: the error set scales it to the motor.
 ///
 /// # Errors
 /// A device makes the winding's time constant shorter than a microsecond, or the load accelerates the rotor by more than

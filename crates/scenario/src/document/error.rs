@@ -88,7 +88,8 @@ impl FileError {
         Self::key(&format!("detector.{key}"), &format!("method \"{method}\""), FOREIGN)
     }
 
-    /// Returns the error of a check in a list that the chosen method does not have, among those that it has.
+    /// Returns the error of a check in `detector.checks` that the chosen method does not have; its message lists the
+    /// checks of the method.
     pub(crate) fn foreign_check(check: Check, method: MethodName) -> Self {
         let names: Vec<String> =
             method.checks().iter().map(|check| format!("\"{}\"", check.name())).collect();
@@ -96,13 +97,13 @@ impl FileError {
         Self::key("detector.checks", &format!("\"{}\"", check.name()), &needed)
     }
 
-    /// Returns true if the error is a setting in `[detector]`, or a check, that the chosen method does not have.
+    /// Returns true if the error reports a setting in `[detector]`, or a check, that the chosen method does not have.
     pub fn is_foreign_setting(&self) -> bool {
         self.foreign_setting_in_words().is_some()
     }
 
-    /// Returns the setting in `[detector]`, or the check, that the chosen method does not have: its key, and the check's name. None for
-    /// other errors.
+    /// Returns the words for a setting in `[detector]`, or a check, that the chosen method does not have: the key, and
+    /// the name of the check. None for other errors.
     pub fn foreign_setting_in_words(&self) -> Option<String> {
         let Self::Key { key, message, .. } = self else { return None };
         if message.ends_with(FOREIGN) {
@@ -114,7 +115,7 @@ impl FileError {
 
     /// Converts an error message of serde about the key at `path`.
     pub(crate) fn serde(path: &str, message: &str) -> Self {
-        // What follows the first line says where it is, which the path knows.
+        // The lines after the first one give the position, which `path` contains.
         let message = message.trim().lines().next().unwrap_or_default().to_owned();
         let (key, message) = match unknown(&message) {
             Some((word, known)) => {

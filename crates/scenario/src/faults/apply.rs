@@ -1,4 +1,4 @@
-//! Effects of faults on a trial: on its case, on the drive's knowledge, and on the magnets.
+//! Effects of faults: on the case of a trial, on the nameplate (the data that the drive knows), and on the magnets.
 
 use standstill_detect::{Nameplate, Signature};
 use standstill_interface::Nanos;
@@ -10,7 +10,8 @@ use standstill_sim::{Broken, Case, Fault, Misreading, Purpose, Short, Streams};
 use super::{FaultMode, FaultPlace, FaultSettings};
 use crate::document::FileError;
 
-/// Applies the faults that falsify the drive's knowledge of the motor.
+/// Applies the faults of a wrong data sheet (`sheet-signature`, `sheet-inductance`, `sheet-resistance`) to the
+/// nameplate.
 pub(crate) fn misinform(faults: &[FaultSettings], nameplate: &mut Nameplate<f64>) {
     for fault in faults {
         let [factor, _] = fault.size;
@@ -35,7 +36,7 @@ pub(crate) fn misinform(faults: &[FaultSettings], nameplate: &mut Nameplate<f64>
     }
 }
 
-/// Applies the faults of weak magnets.
+/// Returns the motor with its magnets weakened by the faults of mode `magnet-weak`.
 ///
 /// # Errors
 /// The motor's core cannot describe the weakened magnets.
@@ -54,17 +55,17 @@ pub(crate) fn demagnetise(faults: &[FaultSettings], motor: Motor) -> Result<Moto
 /// A random draw of a fault, uniform from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FaultDraw {
-    /// Which of the phases, legs or sensors is faulty.
+    /// The faulty phase, leg or sensor.
     Place,
     /// The size, between the smallest and the largest one.
     Size,
-    /// The sign, or which of two ways.
+    /// The sign, or one of two variants, such as a bit that is set or clear.
     Sign,
     /// The onset, between the earliest and the latest one.
     Onset,
-    /// The command from whose begin the onset counts.
+    /// The command from whose start the onset counts.
     Command,
-    /// A further size: its number and its key.
+    /// A further size: its index in [`FaultMode::further`] and its key.
     Further(usize, &'static str),
 }
 
@@ -82,7 +83,8 @@ impl FaultDraw {
     }
 }
 
-/// Drawn numbers of a fault, uniform from 0 to 1, but for the number of the command; zero where nothing is drawn.
+/// Drawn numbers of a fault: uniform from 0 to 1, except for the number of the command. A number that the fault does
+/// not draw is zero or none.
 #[derive(Clone, Copy, Default)]
 struct Drawn {
     place: f64,
@@ -154,7 +156,7 @@ impl FaultSettings {
             FaultMode::CommandLate => Broken::Late(inverter.carrier_period),
             FaultMode::DutyLimited => Broken::Duty(size),
             FaultMode::SampleLost => Broken::Stale,
-            // Of the scenario: what the drive knows, and its magnets.
+            // These change the scenario, in `misinform` and `demagnetise`.
             FaultMode::MagnetWeak
             | FaultMode::SheetSignature
             | FaultMode::SheetInductance
@@ -189,7 +191,7 @@ impl FaultSettings {
                 return;
             }
         };
-        // A scenario has no more faults than a case.
+        // `settings` limits the faults of a scenario to the number that a case can hold.
         case.faults.push(Fault { broken, command, from: Nanos::from_seconds(from), until });
     }
 }

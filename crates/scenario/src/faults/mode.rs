@@ -19,15 +19,15 @@ choice! {
         TurnsShorted = "turns-shorted",
         /// Two wires are exchanged: `at` names the phase whose wire is right.
         TerminalsSwapped = "terminals-swapped",
-        /// All three wires are moved on by one terminal, or by two.
+        /// All three wires are exchanged cyclically, by one terminal or by two.
         TerminalsTurned = "terminals-turned",
         /// The magnets have lost a share of their flux.
         MagnetWeak = "magnet-weak",
-        /// The drive takes the wrong pole to draw more current.
+        /// The drive assumes the wrong pole to draw more current.
         SheetSignature = "sheet-signature",
-        /// The drive takes the inductances for this multiple of what they are.
+        /// The drive assumes the inductances to be this multiple of their true values.
         SheetInductance = "sheet-inductance",
-        /// The drive takes the resistance for this multiple of what it is.
+        /// The drive assumes the resistance to be this multiple of its true value.
         SheetResistance = "sheet-resistance",
         /// The upper switch of a leg never turns on, or its gate driver is dead.
         UpperSwitchOpen = "upper-switch-open",
@@ -35,37 +35,37 @@ choice! {
         LowerSwitchOpen = "lower-switch-open",
         /// A leg never switches.
         LegOff = "leg-off",
-        /// The dead time is this multiple of what it should be.
+        /// The dead time is this multiple of its nominal value.
         DeadTimeLong = "dead-time-long",
-        /// The capacitor of the DC link has this share of its capacitance.
+        /// The capacitor of the DC link has only this share of its capacitance left.
         LinkCapacitorAged = "link-capacitor-aged",
         /// The source feeds the DC link through this resistance.
         SupplyWeak = "supply-weak",
-        /// A current sensor shows nothing but its offset.
+        /// A current sensor reads only its offset.
         CurrentDead = "current-dead",
-        /// A current sensor keeps the value that it read last.
+        /// A current sensor repeats the last value that it read.
         CurrentFrozen = "current-frozen",
-        /// A current sensor shows this current, of either sign.
+        /// A current sensor always reads this current, with either sign.
         CurrentStuck = "current-stuck",
-        /// A bit of a current's codes is always set or always clear: 0 for the lowest.
+        /// One bit of a current converter's codes is always set or always clear; bit 0 is the lowest.
         CurrentBit = "current-bit",
-        /// The gain of a current sensor is this multiple of what it should be.
+        /// The gain of a current sensor is this multiple of its nominal value.
         CurrentGain = "current-gain",
-        /// The offset of a current sensor is larger by this, of either sign.
+        /// A current sensor has this additional offset, with either sign.
         CurrentOffset = "current-offset",
         /// A current sensor is connected the wrong way round.
         CurrentSign = "current-sign",
         /// Two current sensors are exchanged: `at` names the phase whose sensor is right.
         CurrentsSwapped = "currents-swapped",
-        /// The bandwidth of a current sensor is this share of what it should be.
+        /// The bandwidth of a current sensor is only this share of its nominal value.
         CurrentSlow = "current-slow",
-        /// The reference of all converters drifts: readings grow by this share in each second, of either sign.
+        /// The reference voltage of all converters drifts: readings grow or shrink by this share per second.
         ReferenceDrift = "reference-drift",
-        /// All samples are taken later by this.
+        /// All samples are taken later by this time.
         SampleLate = "sample-late",
-        /// The gain of the sensor of the link's voltage is this multiple of what it should be.
+        /// The gain of the DC-link voltage sensor is this multiple of its nominal value.
         LinkGain = "link-gain",
-        /// The sensor of the link's voltage shows this voltage.
+        /// The DC-link voltage sensor always reads this voltage.
         LinkStuck = "link-stuck",
         /// No comparator trips.
         ComparatorStuck = "comparator-stuck",
@@ -75,7 +75,7 @@ choice! {
         CommandLate = "command-late",
         /// Duty cycles are limited to this share.
         DutyLimited = "duty-limited",
-        /// The converter's results are those of the sample before.
+        /// The converter returns the results of the previous sample.
         SampleLost = "sample-lost",
     }
 }
@@ -94,11 +94,11 @@ pub struct Size {
     pub typical: fn(&Scenario<Method<f64>>) -> [f64; 2],
 }
 
-/// A further size of a fault, in a key of its own that may be left out.
+/// A second or third size of a fault, with its own optional key beside `magnitude`.
 #[derive(Clone, Copy)]
 pub struct Further {
     pub size: Size,
-    /// The value without the key.
+    /// The value if the file does not set the key.
     pub(super) without: f64,
 }
 
@@ -115,7 +115,7 @@ const fn sized<U: Unit>(
     Size { read: read::<U>, range, allowed, typical }
 }
 
-/// The further sizes of shorted turns.
+/// The further sizes of the mode `turns-shorted`, each with its key.
 const OF_SHORTS: [(&str, Further); 2] = [
     (
         "resistance",
@@ -135,10 +135,10 @@ const OF_SHORTS: [(&str, Further); 2] = [
     ),
 ];
 
-/// Why what shorts the link, or leaves a current without a path, is not simulated.
+/// Reason why faults that short the DC link are not simulated.
 const SHORTS: &str = "it shorts the DC link through a leg, whose current only stray inductances limit, and there are none here; such a fault trips the drive";
 
-/// Faults that are not simulated, by their names, and why.
+/// Faults that are not simulated: the name of each, and the reason.
 const REFUSED: [(&str, &str); 8] = [
     ("switch-shorted", SHORTS),
     ("gate-stuck-on", SHORTS),
@@ -157,7 +157,8 @@ const REFUSED: [(&str, &str); 8] = [
 ];
 
 impl FaultMode {
-    /// Returns why a fault of this name is not simulated; none for the name of a mode, and for what has no meaning.
+    /// Returns the reason why a fault of this name is not simulated; none for the name of a [`FaultMode`] and for an
+    /// unknown name.
     ///
     /// ```
     /// use standstill_scenario::FaultMode;
@@ -222,7 +223,7 @@ impl FaultMode {
         })
     }
 
-    /// Returns the further sizes of this kind of fault, each with the name of its key.
+    /// Returns the sizes of this kind of fault besides `magnitude`, each with the name of its key.
     pub fn further(self) -> &'static [(&'static str, Further)] {
         if self == Self::TurnsShorted { &OF_SHORTS } else { &[] }
     }
@@ -272,8 +273,8 @@ impl FaultMode {
         )
     }
 
-    /// Returns whether this kind of fault concerns the drive's knowledge or the magnets, which are the same in all
-    /// trials.
+    /// Returns whether this kind of fault concerns the nameplate, the data that the drive knows, or the magnets. Both
+    /// are the same in all trials.
     pub fn is_fixed(self) -> bool {
         matches!(
             self,

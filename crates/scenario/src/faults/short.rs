@@ -6,32 +6,35 @@ use standstill_sim::Short;
 use super::FaultSettings;
 use crate::document::FileError;
 
-/// Smallest time constant in s of shorted turns: the engine's steps follow it, and the shorter it is, the more of them.
+/// Smallest time constant in s of shorted turns that is simulated. The integrator's steps follow this time constant: a
+/// shorter one would need more steps.
 const SHORTEST_CONSTANT: f64 = 2e-7;
 
-/// Room of typical sizes above the smallest time constant, so that rounded ones are allowed, too.
+/// Factor of the time constants of typical shorts above the smallest one, so that rounded sizes are still allowed.
 const ROOM: f64 = 1.05;
 
 /// Smallest and largest typical share of shorted turns.
 const SHARES: [f64; 2] = [0.05, 0.5];
 
-/// Smallest and largest typical coupling. The square of the smallest is more than the largest share.
+/// Smallest and largest typical coupling. The square of the smallest coupling exceeds the largest typical share, as
+/// [`check`] requires.
 pub(super) const COUPLINGS: [f64; 2] = [0.71, 0.95];
 
 /// Largest typical resistance, as a share of the winding's.
 const MOST_RESISTANCE: f64 = 0.5;
 
-/// Returns the smallest and largest typical share. A motor whose turns settle fast has more of them shorted: without a resistance
-/// they then settle in twice the smallest time constant.
+/// Returns the smallest and largest typical share of shorted turns. On a motor whose shorted turns settle fast, the
+/// smallest share is larger, so that without a resistance their time constant is at least twice the smallest one
+/// allowed.
 pub(super) fn shares(motor: &Motor) -> [f64; 2] {
     let [least, most] = SHARES;
-    // The time constant grows as the share.
+    // The time constant is proportional to the share.
     let constant = Short { share: least, resistance: 0.0, coupling: COUPLINGS[1] }.time_constant(motor);
     [least * (2.0 * SHORTEST_CONSTANT / constant).max(1.0), most]
 }
 
-/// Returns the smallest and largest typical resistance in Ω, at most that with which the smallest typical share still settles slowly
-/// enough.
+/// Returns the smallest and largest typical resistance in Ω. The largest is limited so that the smallest typical share
+/// of turns still settles slowly enough.
 pub(super) fn resistances(motor: &Motor) -> [f64; 2] {
     let least = Short { share: shares(motor)[0], resistance: 0.0, coupling: COUPLINGS[1] };
     let allowed = least.resistance_of(motor, ROOM * SHORTEST_CONSTANT);
@@ -44,10 +47,11 @@ pub(super) fn is_typical(motor: &Motor) -> bool {
     least < most
 }
 
-/// Checks the sizes of a short, the fault with this number, counted from 0.
+/// Checks the sizes of a short of turns. `number`: number of the fault, counted from 0, for the error.
 ///
 /// # Errors
-/// The shorted turns oppose their phase, or settle too fast.
+/// The mutual inductance of the shorted turns and the other turns of their phase is negative, or the current of the
+/// shorted turns settles too fast.
 pub(super) fn check(fault: &FaultSettings, motor: &Motor, number: usize) -> Result<(), FileError> {
     let ([least, most], [[_, resistance], [weak, coupling]]) = (fault.size, fault.further);
     let refuse = |found: &str, needed: &str| {

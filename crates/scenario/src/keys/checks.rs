@@ -1,4 +1,5 @@
-//! The checks of a method, as files write them: true for all, false for none, or a list of names.
+//! The plausibility checks of a method that are on, as files write them: true for all, false for none, or a list of
+//! names.
 
 use std::fmt;
 
@@ -13,17 +14,17 @@ use toml::Value;
 use super::{Values, Written};
 use crate::document::FileError;
 
-/// The checks of a method.
+/// The plausibility checks of a method that are on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CheckList {
-    /// All that the method has, or none.
+    /// All checks of the method (true), or none (false).
     All(bool),
-    /// Those that are named.
+    /// The checks that a list names.
     Named(Checks),
 }
 
 impl CheckList {
-    /// Makes the list of these checks: true for all, false for none.
+    /// Makes the shortest form of these checks: true for all, false for none, else a list.
     pub(crate) fn of(checks: Checks) -> Self {
         match checks {
             Checks::ALL => Self::All(true),
@@ -32,7 +33,7 @@ impl CheckList {
         }
     }
 
-    /// Returns true for all checks, false for none, or the list of their names.
+    /// Returns the TOML value: true for all checks, false for none, or the list of their names.
     pub(crate) fn value(self) -> Value {
         match self {
             Self::All(on) => on.into(),

@@ -118,7 +118,7 @@ impl DetectorTable {
         self.method.unwrap_or_default().0
     }
 
-    /// Returns the detector's name for people: the class, the library's file, or the method.
+    /// Returns the detector's name for messages and reports: the class, the library's file, or the method.
     pub fn name(&self) -> &str {
         let stem = |library| std::path::Path::new(library).file_stem().and_then(|stem| stem.to_str());
         match (&self.python, &self.library) {
@@ -137,7 +137,7 @@ impl DetectorTable {
     fn settings(&self) -> impl Iterator<Item = (&'static keys::Key, keys::Value)> {
         let values: IndexMap<&str, &dyn Written> =
             self.set_values().map(|(key, value)| (key.path.trim_start_matches("detector."), value)).collect();
-        // In the order in which they are set.
+        // `keys::ALL` has the order in which settings are applied.
         keys::ALL.into_iter().filter_map(move |key| {
             let value = values.get(key.name)?;
             let checks = value.checks().map(keys::Value::Checks);
@@ -155,7 +155,10 @@ impl DetectorTable {
     }
 
     /// Writes the table's settings into those of a method; `difference`: relative difference between the currents of
-    /// the two poles.
+    /// the motor's two poles.
+    ///
+    /// # Errors
+    /// The method does not have a setting or a check.
     pub(crate) fn apply(&self, method: &mut Method<f64>, difference: f64) -> Result<(), FileError> {
         let foreign = |key: &str| FileError::foreign_setting(key, self.method());
         if let Some(Named(rule)) = self.polarity {
@@ -178,7 +181,7 @@ impl DetectorTable {
 pub(crate) fn unworkable(scenario: &Scenario<Method<f64>>, error: &SettingsError) -> FileError {
     let method = &scenario.detector;
     let Some(of) = keys::ALL.iter().find(|key| key.name == error.setting) else {
-        // Most methods take the drive's.
+        // Most methods take the dead time from the drive.
         return if error.setting == "dead_time" {
             of_drive(scenario, error)
         } else {

@@ -32,11 +32,11 @@ pub enum Usual {
 /// The kind of a key's values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Values {
-    /// Numbers with the symbol of their SI unit; shares are written in per cent.
+    /// Numbers, with the symbol of their SI unit.
     Number {
         /// Symbol of the unit; empty for shares and pure numbers.
         unit: &'static str,
-        /// True for shares of one.
+        /// True for shares, dimensionless numbers that are written in per cent.
         share: bool,
     },
     /// A choice among names, each with a sentence that describes it.
@@ -71,9 +71,11 @@ pub struct Key {
     pub example: &'static str,
     /// Numbers that are allowed; none for choices, flags and texts.
     pub range: Option<Range>,
-    /// Draws of a trial whose spread the key sets. Such a key is a source of error in a budget.
+    /// The random draws of a trial whose spread the key sets: their purpose, and their indices among the draws of this
+    /// purpose. Such a key is a source of error in an error budget.
     pub draws: Option<(Purpose, Draws<usize>)>,
-    /// Share of the reference above which a value causes a warning, because it is probably a mistake.
+    /// Reference of the value, and the share of the reference above which the value causes a warning, because it is
+    /// probably a mistake.
     pub usual: Option<(f64, Usual)>,
     pub(super) values: fn() -> Values,
     /// Function that returns the key's effective value in a scenario, whether or not a file sets the key.
@@ -127,7 +129,8 @@ impl Key {
         self.draws.is_some() && (self.applies)(scenario) && (self.drawn)(scenario) && !zero
     }
 
-    /// Formats a number of this key in the unit that the description of its range uses.
+    /// Formats a number of this key in SI units with a suitable prefix; a share in per cent if `needed`, the
+    /// description of the range, has a `%`.
     pub(super) fn readable(&self, value: f64, needed: &str) -> String {
         let dimension = match self.values() {
             Values::Number { unit, .. } => Dimension::of_symbol(unit),

@@ -1,5 +1,5 @@
-//! Numbers of the motor that trials may draw. Their keys are those of the data sheet, and each trial makes its motor
-//! from the changed sheet.
+//! Numbers of the motor that trials may draw: their keys, as in the data sheet, and functions that write them into a
+//! data sheet from which a trial makes its motor.
 
 use standstill_files::sheet::{Sheet, Sourced};
 use standstill_plant::{NameplateNumber, Temperature};

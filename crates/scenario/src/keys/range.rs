@@ -15,7 +15,7 @@ pub struct Range {
     pub reason: &'static str,
     /// True if only whole numbers are allowed.
     pub whole: bool,
-    /// Smallest number above zero, for keys that also allow zero but nothing between.
+    /// Smallest allowed number above zero, if zero is allowed but no number between; else equal to `low`.
     gap: f64,
 }
 
@@ -33,7 +33,7 @@ impl Range {
         Self { gap: least, ..self }
     }
 
-    /// Returns the smallest number above zero, if zero is allowed too but nothing between.
+    /// Returns the smallest allowed number above zero, if zero is allowed but no number between; else none.
     pub(crate) fn gap(&self) -> Option<f64> {
         (self.gap > self.low).then_some(self.gap)
     }
@@ -44,7 +44,8 @@ impl Range {
     }
 }
 
-/// Largest number in SI units. No machine has a larger value, and its square is still finite.
+/// Largest number in SI units that any key allows. No drive or motor has a larger value, and its square is still
+/// finite.
 pub(super) const LARGEST: f64 = 1e12;
 
 pub(super) const NOT_NEGATIVE: Range =

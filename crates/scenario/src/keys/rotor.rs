@@ -65,7 +65,7 @@ table! {
 }
 
 impl RotorTable {
-    /// Returns the motion of the rotor: held, free or braked.
+    /// Returns the motion of the rotor: held, free, braked or driven; held if `rotor.state` is not set.
     pub fn state(&self) -> Rotor {
         self.state.unwrap_or_default().0
     }

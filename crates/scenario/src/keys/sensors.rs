@@ -30,12 +30,12 @@ const LOAD: &str = "0, or from 1 Ω to 1 TΩ: less would carry a motor's current
 /// Range of all draws of a purpose, for purposes with one draw per sample.
 const EACH: std::ops::Range<usize> = 0..usize::MAX;
 
-/// Returns whether the drive has sensors of currents.
+/// Returns whether the drive has current sensors.
 fn reads_currents<M>(scenario: &Scenario<M>) -> bool {
     scenario.sensors.arrangement != Arrangement::None
 }
 
-/// Returns whether the drive's sensors of currents have filters.
+/// Returns whether the drive's current sensors have filters.
 fn has_filters<M>(scenario: &Scenario<M>) -> bool {
     reads_currents(scenario) && scenario.sensors.bandwidth.is_some()
 }
@@ -71,7 +71,7 @@ fn captures<M>(scenario: &Scenario<M>) -> bool {
     scenario.sensors.comparator.timer > 0.0
 }
 
-/// Returns whether a converter sets the comparators' threshold.
+/// Returns whether a D/A converter of finite resolution sets the comparators' threshold.
 fn coarse<M>(scenario: &Scenario<M>) -> bool {
     captures(scenario) && scenario.sensors.comparator.bits > 0
 }
@@ -269,7 +269,7 @@ table! {
         };
         /// Tick of the timer that captures when a comparator trips. 0: there is none.
         timer: Quantity<Second> [scenario.sensors.comparator.timer] {
-            // Where the timer stands when a pulse begins.
+            // Draw 1 is the position of the timer within a tick when a pulse begins.
             range: Some(TICK), draws: Some((Purpose::CaptureTimer, 1..2)), drawn: captures, example: "\"0.32 us\"",
         };
         /// Standard deviation of the clock of that timer.

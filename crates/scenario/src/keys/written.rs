@@ -29,8 +29,8 @@ pub(crate) trait Written {
         String::new()
     }
 
-    /// Formats a number in the unit that `needed`, the description of the range, uses: 20 nF instead of 0.02 µF if it
-    /// is written in nanofarads.
+    /// Formats a number in SI units with a suitable prefix, such as 20 nF; a share in per cent if `needed`, the
+    /// description of the key's range, has a `%`. Empty for other values.
     fn readable(&self, _needed: &str) -> String {
         String::new()
     }
@@ -64,7 +64,7 @@ pub(super) fn readable(dimension: &Dimension, value: f64, needed: &str) -> Strin
     let readable = scale.number(value);
     match symbol {
         "" if needed.contains('%') => format!("{} %", rounded(value, 2)),
-        // What is too large or small for any prefix stays as it was.
+        // A number that is too large or too small for any prefix is written by `Dimension::text`.
         _ if symbol.is_empty() || !(1e-3..1e6).contains(&readable.abs()) => dimension.text(value),
         _ => format!("{readable} {}", scale.unit),
     }

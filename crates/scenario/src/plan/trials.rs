@@ -8,7 +8,8 @@ use crate::document::FileError;
 use crate::side_by_side::side_by_side;
 use crate::{Record, Scenario, TrialError};
 
-/// Number of trials that are drawn together if each has its own machine: enough to fill the lanes several times.
+/// Number of trials whose scenarios are made together if tolerances are drawn: several times the number of trials that
+/// run side by side.
 const AT_A_TIME: usize = 64;
 
 impl Plan {
@@ -32,7 +33,7 @@ impl Plan {
     /// trial cannot be run; trials that have begun are completed. `done` receives each record, in any order.
     ///
     /// # Errors
-    /// No machine or no detector can be made for a trial.
+    /// A drawn value is invalid, or no detector can be made for a trial.
     pub fn trials(
         &self,
         point: usize,
@@ -62,7 +63,7 @@ impl Plan {
 
     /// Runs trials whose draws come from tapes, side by side in this thread. `change` is applied to each trial's
     /// scenario after the draws and before the detector is made. `done` receives each record with the index of its
-    /// tape. Both are `dyn` references, so that the code that runs detectors is compiled in this crate.
+    /// tape. `change` and `done` are `dyn` references, so that the code that runs detectors is compiled in this crate.
     ///
     /// # Errors
     /// A drawn value is invalid, or no detector can be made for a trial.
@@ -78,7 +79,8 @@ impl Plan {
         self.side_by_side(point, scenario, streams, change, done).map_err(|failed| failed.error)
     }
 
-    /// Runs the trials with these draws; `change` is applied to each trial's scenario before its detector is made.
+    /// Runs one trial for each item of `streams`, the random numbers of a trial. `change` is applied to each trial's
+    /// scenario before its detector is made; `done` receives each record with the index of its item.
     fn side_by_side<'t>(
         &self,
         point: usize,
