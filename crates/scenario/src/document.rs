@@ -13,7 +13,7 @@ use super::axes::AxisSpec;
 use super::hosted::Provider;
 use super::tables::ScenarioFile;
 
-/// A scenario file with its overrides.
+/// A scenario file as TOML, with its overrides: values from the command line, from an axis or drawn by a trial.
 #[derive(Clone, Debug)]
 pub struct Document {
     file: PathBuf,

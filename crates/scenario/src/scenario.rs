@@ -73,8 +73,8 @@ pub struct Specimen {
     pub noise: u64,
 }
 
-/// Returns the integrator's tolerance: the default, or 1e-8 of the flux linkage at rated current if that is less,
-/// because some motors have a flux linkage of only microwebers. The inductance is the smaller one of L_d and L_q.
+/// Returns the integrator's tolerance: the default, or 1e-8 of rated current times the smaller one of L_d and L_q if
+/// that is less, because some motors have a flux linkage of only microwebers.
 pub(crate) fn tolerance(motor: &Motor) -> Tolerance {
     let winding = &motor.winding;
     let inductance = winding.d_axis_inductance().min(winding.q_axis_inductance());

@@ -90,7 +90,7 @@ fn law_a_motor_in_place_differs_from_its_base_in_what_is_said() {
     let s = scenario("[motor]\nbase = \"paper-5k5\"\n[motor.winding]\nresistance = \"1.4 Ω\"");
     assert_eq!(s.motor.resistance, 1.4);
     assert_eq!(s.motor.winding, base.winding);
-    // The drive knows it.
+    // The drive knows the changed resistance.
     assert_eq!(s.nameplate().resistance, 1.4);
     let mut by_key = document("");
     by_key.set("motor.winding.resistance", "1.4 Ω", Origin::CommandLine).expect("a key");
@@ -187,16 +187,16 @@ fn law_each_key_of_a_method_is_one_of_scenario_files_with_its_unit() {
                 assert_eq!(super::unit(&name).as_deref(), Some(unit), "{name}");
                 let small = 0.07 * high.min(0.1);
                 let within = if small < low { low + 0.1 * (high - low) } else { small };
-                // Of three widths of a sector one.
+                // A sector has one of three widths.
                 let within = if key.name == keys::SECTOR.name { 30.0 } else { within };
                 (if whole { "5".to_owned() } else { format!("{within}") }, true)
             }
             Kind::Checks => ("[\"turning\"]".to_owned(), super::unit(&name).is_none()),
-            // What is no method's own choice.
+            // A value that is not the default of any method.
             Kind::Flag => ((key.name == keys::PAIRS.name).to_string(), super::unit(&name).is_none()),
         };
         assert!(wanted, "{name}");
-        // Set by name it reaches the method that has it, and is an error of one that has not.
+        // The key sets its value in each method that has the setting, and is an error with other methods.
         for method in MethodName::ALL {
             // Six pulses are timed where there is a timer.
             let mut document = document("[sensors]\ntimer = \"1 us\"");

@@ -14,7 +14,8 @@ fn scenario(text: &str) -> Scenario<Method<f64>> {
     plan(text).and_then(|plan| plan.scenario(0)).expect(text)
 }
 
-/// A drive that has all the parts of which any fault is, but for comparators where `currents` is true.
+/// Returns a drive with the parts that faults concern: with current sensors if `currents` is true, else with
+/// comparators.
 fn whole(currents: bool) -> &'static str {
     if currents {
         "errors = \"field\"\n[inverter]\ncapacitance = \"500 uF\"\nsource_resistance = \"0.2 ohm\"\n[detector]\nmethod = \"bipolar\"\n"
@@ -50,14 +51,14 @@ fn law_each_fault_changes_what_its_part_is_in() {
             || whole.motor != broken.motor
             || whole.detector != broken.detector;
         assert!(differs, "{mode:?} changes nothing");
-        // All else, such as the errors of the drive, is as without the fault.
+        // Everything else, such as the errors of the drive, is the same as without the fault.
         assert_eq!(
             (a.start_angle, a.sensors.gain, a.sensors.offset),
             (b.start_angle, b.sensors.gain, b.sensors.offset)
         );
         let kept = [FaultMode::TerminalsSwapped, FaultMode::TerminalsTurned, FaultMode::CommandLate];
         assert_eq!(b.faults.is_empty(), !mode.may_begin() && !kept.contains(&mode), "{mode:?}");
-        // And it is simulated: a start ends, whichever way.
+        // The fault can be simulated: a trial ends with any outcome.
         broken.trial(3).expect("settings that work");
     }
 }
@@ -83,7 +84,7 @@ fn law_trials_draw_place_size_sign_and_onset() {
         "{places:?} {positive}"
     );
     assert!((sum / 600.0 - 2.0).abs() < 0.12);
-    // They are draws of the tape.
+    // A tape contains the draws of faults.
     let tape = Tape::new(scenario.seed, 7);
     assert_eq!(scenario.trial_taped(&tape), scenario.trial(7));
     *tape.clone().normals(Purpose::Fault) = vec![0.0; 4];
@@ -141,7 +142,7 @@ fn law_a_fault_is_a_key() {
         (faults[0].size, faults[0].at, faults[1].mode),
         ([2.0; 2], FaultPlace::B, FaultMode::PhaseOpen)
     );
-    // What is written down is read again.
+    // The written text gives the same faults.
     let again = self::plan(&plan.text().expect("text")).expect("its own text");
     assert_eq!(again.scenario(0).expect("again").faults, faults);
     let wrong =
@@ -234,7 +235,7 @@ fn regress_impossible_faults_are_refused_by_line() {
     );
 }
 
-/// No detection at standstill sees this fault: exchanged wires make another motor.
+/// No detection at standstill can find this fault: with exchanged wires the motor is mirrored.
 #[test]
 fn law_exchanged_wires_mirror_the_answer() {
     let base = "errors = \"none\"\nmotor = \"paper-5k5\"\n[rotor]\nangle = \"40 deg\"\n[detector]\nmethod = \"bipolar\"\n";
@@ -269,7 +270,7 @@ fn law_the_largest_resistance_of_a_short_is_the_printed_one() {
     let most: f64 = most.split(' ').next().and_then(|number| number.parse().ok()).expect("a number");
     scenario(&text(&format!("{} Ω", 0.998 * most)));
     plan(&text(&format!("{} Ω", 1.002 * most))).expect_err("more than the printed one");
-    // As much as the coupling allows is no error; 0.9 without the key.
+    // The largest share that the coupling allows is valid: 0.9² with the default coupling.
     scenario("[[faults]]\nmode = \"turns-shorted\"\nmagnitude = \"81 %\"\n");
 }
 
@@ -283,7 +284,7 @@ fn law_draws_are_named_in_the_order_of_the_tape() {
     let four = ["place", "size", "sign", "onset"];
     let names: Vec<_> = names.collect();
     assert_eq!(names, [[&four[..], &["command", "resistance", "coupling"]].concat(), four.to_vec()]);
-    // One draw at a time moves what its name says, and nothing else.
+    // Each draw changes the quantity of its name and nothing else.
     let case = |moved: Option<usize>| {
         let mut tape = Tape::new(scenario.seed, 1);
         *tape.normals(Purpose::Fault) = (0..11).map(|n| if Some(n) == moved { 1.0 } else { -0.2 }).collect();
@@ -296,7 +297,7 @@ fn law_draws_are_named_in_the_order_of_the_tape() {
         [k as f64, of.share, command, of.resistance, of.coupling, at as f64, ohms]
     };
     let still = case(None);
-    // Signs and onsets of these two faults move nothing.
+    // Signs and onsets of these two faults change nothing.
     let expected = [Some(0), Some(1), None, None, Some(2), Some(3), Some(4), Some(5), Some(6), None, None];
     for (n, of) in expected.into_iter().enumerate() {
         let moved = case(Some(n));

@@ -6,7 +6,7 @@ use super::*;
 use crate::tests::{document, error, scenario, scenario_of};
 use crate::units::schema;
 
-/// Keys that need others beside them.
+/// Keys that need other keys, with these keys.
 const BESIDE: &[(&str, &str)] = &[
     (
         "rotor.memory",
@@ -60,7 +60,7 @@ const BESIDE: &[(&str, &str)] = &[
     ("detector.comparison", "sensors.terminals = true\ndetector.method = \"open-terminal\""),
 ];
 
-/// Keys that only the document has: a scenario has what follows from them.
+/// Keys whose values only the document has: a scenario has only numbers derived from them.
 const OF_THE_DOCUMENT: &[&str] = &[
     "rotor.winding_temperature",
     "rotor.magnet_temperature",
@@ -72,7 +72,7 @@ const OF_THE_DOCUMENT: &[&str] = &[
     "detector.python",
     "detector.call_timeout",
     "detector.config",
-    // One of three numbers: `tests/six_pulse.rs`.
+    // It allows only three numbers, which `tests/six_pulse.rs` tests.
     "detector.sector",
 ];
 
@@ -80,7 +80,8 @@ fn beside(key: &str) -> &'static str {
     BESIDE.iter().find(|(of, _)| *of == key).map_or("", |(_, beside)| beside)
 }
 
-/// A value beside that of the example: four fifths of a number, which are whole nanoseconds of all times, rounded up where it is whole.
+/// Returns a value other than that of the example: four fifths of a number, which are whole nanoseconds for all times;
+/// rounded up for keys with whole numbers.
 fn other(key: &Key, now: Option<&Value>) -> Value {
     match key.values() {
         Values::Number { .. } | Values::Whole => {
@@ -90,7 +91,7 @@ fn other(key: &Key, now: Option<&Value>) -> Value {
                 value => value.as_integer().expect("a number") as f64,
             };
             let whole = key.range.is_some_and(|range| range.whole);
-            // An example of zero is the value that all scenarios have.
+            // A number whose example is zero is zero in all scenarios.
             let other = if example == 0.0 { 1e-9 } else { rounded(example * 0.8, 0) };
             number(if whole { other.ceil() } else { other })
         }
@@ -114,14 +115,14 @@ fn law_the_number_that_a_file_sets_is_that_of_the_scenario() {
         if OF_THE_DOCUMENT.contains(&key.path) {
             continue;
         }
-        // Of a pair of keys neither stands alone: a resistance and the capacitor that it feeds.
+        // Some keys are allowed only in pairs, such as a resistance and the capacitor that it feeds.
         let without = beside(key.path);
         let alone = scenario_of(&document(without)).unwrap_or_else(|_| scenario(""));
         let now = alone.value(key.path);
         let other = other(key, now.as_ref());
         let set = scenario(&format!("{}\n{} = {other}", beside(key.path), key.path));
         assert_eq!(set.value(key.path), Some(other.clone()), "{}", key.path);
-        // The test could not fail if it had that value by itself.
+        // The test could not fail if the scenario had this value without the key.
         assert_ne!(now, Some(other), "{}", key.path);
     }
 }
@@ -143,7 +144,7 @@ fn law_every_key_of_the_schema_has_an_entry_with_a_range_and_a_reason() {
         };
         for (below, place) in table {
             let entry = key(&format!("{name}.{below}")).unwrap_or_else(|| panic!("`{below}` has no entry"));
-            // A line of the source ends where a line of the schema does, or with a blank.
+            // Lines of the source are joined by a line break in the schema, and by a blank in the entry.
             let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
             assert_eq!(sentence(place).map(|text| words(&text)), Some(words(entry.about)), "{}", entry.path);
         }
@@ -212,7 +213,7 @@ fn regress_values_are_found_in_the_unit_in_which_ranges_are_written() {
 }
 
 table! {
-    /// A table with a key that nothing else knows.
+    /// A table with a key that exists only in this test.
     pub struct Extra = "extra" of scenario {
         /// Asymmetry of the ripple.
         asymmetry: Quantity<Share> [scenario.drive.link.ripple] {

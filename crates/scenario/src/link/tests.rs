@@ -17,7 +17,7 @@ fn analytic_link_capacitor_and_sag_are_where_they_belong() {
     assert_eq!(all.sag, Some(Sag { depth: 0.2, start: 2e-3, duration: 0.01 }));
     let at_once = link("sag_depth = 0.1\nsag_duration = \"5 ms\"");
     assert_eq!(at_once.sag, Some(Sag { depth: 0.1, start: 0.0, duration: 5e-3 }));
-    // Zero is where an axis begins.
+    // An axis may begin at zero.
     let none = link("capacitance = 0\nsource_resistance = 1\nsag_depth = \"0 %\"\nsag_duration = \"1 ms\"");
     assert_eq!(none, plain);
     for (keys, parts) in [
@@ -34,7 +34,7 @@ fn analytic_link_capacitor_and_sag_are_where_they_belong() {
     }
 }
 
-/// Runs a trial and gives what was seen of it.
+/// Runs a trial and returns its scenario and its trace.
 fn seen(text: &str) -> (Scenario<Method<f64>>, Trace) {
     let scenario = scenario(text);
     let mut trace = Trace::new(1e-6);
@@ -45,7 +45,7 @@ fn seen(text: &str) -> (Scenario<Method<f64>>, Trace) {
 
 #[test]
 fn analytic_a_capacitor_gives_the_charge_that_its_voltage_loses() {
-    // Through 1 MΩ next to nothing comes back within a detection.
+    // Through 1 MΩ the source returns almost no charge within a detection.
     let text = "errors = \"none\"\n[inverter]\ncapacitance = \"200 uF\"\nsource_resistance = 1e6\n[detector]\nmethod = \"bipolar\"";
     let (scenario, trace) = seen(text);
     let mut charge = 0.0;

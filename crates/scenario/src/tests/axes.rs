@@ -45,7 +45,7 @@ fn law_points_of_a_design_fill_each_axis_evenly() {
                 let value = &point.values[axis].1;
                 let number = value.as_float().or(value.as_integer().map(|x| x as f64)).expect("a number");
                 let share = number / [1.0, 0.5][axis];
-                // A share of sixteen is an index.
+                // A share of 16 bins is the index of a bin.
                 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
                 let bin = ((share * 16.0) as usize).min(15);
                 bins[bin] += 1;
@@ -81,12 +81,12 @@ fn law_tolerances_have_the_spread_that_is_stated() {
     let expected = 4e-3 / 3.0_f64.sqrt();
     assert!((mean / 10e-3 - 1.0).abs() < 0.035 && (deviation / expected - 1.0).abs() < 0.065);
     assert!(drawn.iter().all(|s| s.drive.dead_time >= Nanos(1800) && s.drive.dead_time <= Nanos(2200)));
-    // The motor is another one, which the drive does not know.
+    // The detector keeps the nominal motor: it does not know the drawn one.
     let nominal = plan.scenario(0).expect("valid");
     assert!(drawn.iter().all(|s| s.detector == nominal.detector));
     let one = plan.trial(0, &nominal, 3).expect("valid");
     assert_eq!(one, drawn[3].trial(3).expect("settings"));
-    // A tape has them too, each under its key.
+    // A tape contains the draws too, each under its key.
     let taped = |tape: &Tape| {
         let drawn = plan.scenario_taped(0, &nominal, tape).expect("valid");
         drawn.trial_taped(tape).expect("settings")
@@ -98,7 +98,7 @@ fn law_tolerances_have_the_spread_that_is_stated() {
     assert_eq!(taped(&tape), one);
     tape.normals_named(Purpose::Tolerance, "motor.winding.resistance")[0] += 1.0;
     assert_ne!(taped(&tape), one);
-    // A further tolerance shifts none of the others.
+    // A further tolerance does not change the draws of the others.
     let other = self::plan(
         "[tolerances]\n\"sensors.offset\" = { normal = \"1 mA\", mean = \"9 mA\" }\n\"motor.winding.resistance\" = { normal = \"5 %\" }",
     );
@@ -160,7 +160,7 @@ fn regress_mistakes_of_axes_and_tolerances_are_named() {
             "[tolerances]\n\"sensors.noise\" = { norml = \"5 %\" }",
             &["line 2", "norml", "did you mean `normal`"],
         ),
-        // 1000 draws go three deviations far.
+        // 1000 draws reach three standard deviations.
         (
             "[tolerances]\n\"sensors.noise\" = { mean = \"10 mA\", normal = \"40 %\" }",
             &["`sensors.noise`", "drawn as a tolerance", "zero or more"],

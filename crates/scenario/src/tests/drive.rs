@@ -12,12 +12,12 @@ fn law_drives_of_at_most_60_volts_have_mosfets_unless_told_otherwise() {
     let s = scenario("motor = \"outrunner\"");
     let devices = s.drive.bridge.devices;
     assert_eq!((devices.kind, devices.switch_drop), (DeviceKind::Mosfet, 0.0));
-    // 0.1 V at rated current, and what the drive knows of it: the same both ways while a gate is on.
+    // 0.1 V at rated current. The nameplate has the same drop for both directions while a gate is on.
     assert!((devices.switch_resistance * s.motor.rated_current - 0.1).abs() < 1e-12);
     let plate = s.nameplate();
     assert_eq!([plate.switch_drop, plate.reverse_drop], [[0.0, devices.switch_resistance]; 2]);
     assert_eq!(plate.diode_drop, [0.8, devices.diode_resistance]);
-    // By the motor's own link, not by what it is run at.
+    // The kind of switches follows from the motor's nominal DC-link voltage, not from that of the drive.
     let low = scenario("[inverter]\ndc_link = \"48 V\"");
     assert_eq!((low.drive.bridge.devices.kind, low.drive.link.voltage), (DeviceKind::Igbt, 48.0));
     assert_eq!(low.nameplate().reverse_drop, low.nameplate().diode_drop);
@@ -108,7 +108,7 @@ fn law_sensors_of_the_field_and_their_keys() {
     (without.bridge.terminal_capacitance, without.bridge.terminal_resistance) = (0.0, 0.0);
     assert_eq!(without, default.drive);
     assert_eq!(scenario("errors = \"field\"\ninverter.terminal_capacitance = 0").drive, default.drive);
-    // One set of errors, by whichever door.
+    // The error set is the same by its name and by `ErrorSet::drive`.
     let motor = standstill_plant::built_in("paper-5k5").expect("built in");
     assert_eq!(ErrorSet::Field.drive(&motor, DeviceKind::Igbt), field.drive);
     assert!((field.drive.bridge.terminal_resistance / 1661.3 - 1.0).abs() < 1e-4, "{:?}", field.drive.bridge);
@@ -135,14 +135,15 @@ fn law_sensors_of_the_field_and_their_keys() {
 fn law_terminals_with_a_capacitance_have_diodes_and_what_damps_them() {
     use standstill_inverter::OpenLeg::{Diodes, Open};
     let bridge = |text: &str| scenario(&format!("errors = \"none\"\n[inverter]\n{text}")).drive.bridge;
-    // The error set without errors takes an idle leg as open; where its terminal can swing, diodes end that.
+    // In the error set "none", an idle leg is open. With a terminal capacitance, diodes limit the swing of its
+    // terminal.
     assert_eq!(bridge("").open_leg, Open);
     let charged = bridge("terminal_capacitance = \"1 nF\"");
     assert_eq!(charged.open_leg, Diodes);
-    // A quality of 5 of 1.5 times the mean of L_d and L_q.
+    // Quality factor 5, with 1.5 times the mean of L_d and L_q.
     let impedance = (1.5 * 13.8e-3 / 1e-9_f64).sqrt();
     assert!((charged.terminal_resistance / (impedance / 5.0) - 1.0).abs() < 0.01, "{charged:?}");
-    // A sweep over capacitances may begin without any: nothing then meets the resistance.
+    // A sweep over capacitances may begin at zero, where the resistance has no effect.
     let none = bridge("terminal_capacitance = 0\nterminal_resistance = \"900 Ω\"");
     assert_eq!((none.terminal_resistance, none.open_leg), (0.0, Open));
     let given = bridge("terminal_capacitance = \"1 nF\"\nterminal_resistance = \"900 Ω\"");
@@ -181,7 +182,7 @@ fn law_dividers_load_terminals_with_a_capacitance_that_ring() {
     };
     let built = scenario(&text("1 MΩ"));
     assert_eq!((built.sensors.load(), built.drive.bridge.terminal_capacitance), (Some(1e6), 1e-9));
-    // The dividers of an error set load no such terminal by themselves.
+    // The dividers of an error set do not load terminals with a capacitance.
     assert_eq!(scenario("errors = \"field\"\n[sensors]\nterminals = true").sensors.load(), None);
     // The larger limit is named: here a thousandth of 8 A on 550 V, with a larger current on a lower link √(3 L/C).
     let message = error(&text("4 kΩ"));

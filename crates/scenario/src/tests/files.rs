@@ -22,7 +22,7 @@ fn law_what_a_run_reads_is_read_through_one_door() {
         let (name, folder) = (entry.file_name().to_string_lossy().into_owned(), entry.path().join("src"));
         for path in sources(&folder) {
             let text = std::fs::read_to_string(&path).expect("readable");
-            // Tests read what they like; they stand last.
+            // Tests, at the end of a file, may read any file.
             let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
             let below = path.strip_prefix(&folder).expect("below").display().to_string();
             let reads = [
@@ -34,7 +34,7 @@ fn law_what_a_run_reads_is_read_through_one_door() {
                 "fs::copy(",
                 "from_path(",
             ];
-            // Names that are brought in would hide what is called.
+            // Imported functions of `std::fs` would hide their calls from this search.
             let hidden = text.lines().any(|line| {
                 let line = line.trim_start();
                 line.starts_with("use std::fs::")
@@ -47,20 +47,22 @@ fn law_what_a_run_reads_is_read_through_one_door() {
     }
     doors.sort();
     let known = [
-        // Journals and their notes are what a run writes, locks and goes on with.
+        // Journals and their notes: a run writes them, locks them and resumes from them.
         "campaign/store/journal.rs",
         "campaign/store/notes.rs",
         "campaign/store/tally.rs",
-        // A scenario of an earlier `check`, which is replaced only by the same text.
+        // The scenario file of an earlier `check`, which is overwritten only by the same text.
         "cli/commands/check/file.rs",
-        // Its folder, to have the system keep what is new in it.
+        // The folder of the output, opened to synchronise it with the disk or to lock it.
         "cli/shell/output.rs",
         "files/files.rs",
-        // The loader's settings, and compilers' runtimes of the system; parts of the run go through `Files`.
+        // The loader's settings, and compilers' runtimes of the system. Parts of a detector's library are read through
+        // `Files`.
         "foreign/parts.rs",
-        // A library that the one under test has opened itself, to name it in a refusal.
+        // A library that the library under test has opened itself, to name it in an error.
         "foreign/runtime.rs",
-        // Tables are read row by row, from what is a file and no pipe; it does not know `standstill_files`.
+        // Tables are read row by row, from files only and not from pipes; the crate does not depend on
+        // `standstill_files`.
         "table/read.rs",
     ];
     assert_eq!(doors, known, "read files through `standstill_files`");
@@ -77,7 +79,7 @@ fn law_a_plan_names_all_files_before_its_first_trial_and_reads_no_other() {
     let text = "[axes]\nmotor = [\"a.toml\", \"b.toml\", \"low-inertia\"]";
     let plan = Plan::new(Document::parse(&at("s.toml"), text).expect("TOML")).expect("valid");
     assert_eq!(plan.files().into_keys().collect::<Vec<_>>(), ["a.toml", "b.toml"]);
-    // What becomes of the files later changes no trial.
+    // Later changes of the files change no trial.
     let before: Vec<_> = (0..3).map(|point| plan.scenario(point).expect("valid")).collect();
     assert_eq!(before[1].motor.name, "surface-magnet");
     std::fs::write(at("a.toml"), sheet("surface-magnet")).expect("written");

@@ -6,7 +6,7 @@ use crate::keys::{keys, motor::SETTERS};
 use crate::tests::plan;
 use crate::{Document, FileError, Plan};
 
-/// Compares trials at all points; how many of them the setters made.
+/// Compares trials at all points with those of the document, and returns how many of them the setters made.
 fn compared(typed: &Plan, trials: u64) -> u64 {
     let mut document = typed.clone();
     document.typed = None;
@@ -37,7 +37,7 @@ fn law_a_setter_makes_the_scenario_that_the_document_makes() {
          \"inverter.diode_drop\" = { normal = \"0.1 V\", mean = \"1 V\" }\n\"sensors.bandwidth\" = { uniform = \"10 kHz\", mean = \"150 kHz\" }",
     ));
     assert_eq!(compared(&typed, 300), 600);
-    // Values beyond those that were tried are for the document to judge: a winding has no negative resistance.
+    // The document checks values beyond those that were tried: a winding has no negative resistance.
     let wide = plan("trials = 3\n[tolerances]\n\"motor.winding.resistance\" = { normal = \"40 %\" }");
     assert!(wide.typed.is_some());
     let nominal = wide.scenario(0).expect("valid");
@@ -46,11 +46,11 @@ fn law_a_setter_makes_the_scenario_that_the_document_makes() {
     tape.normals_named(Purpose::Tolerance, "motor.winding.resistance")[0] = -4.0;
     let refused = wide.scenario_taped(0, &nominal, &tape).expect_err("negative").to_string();
     assert!(refused.contains("winding.resistance"), "{refused}");
-    // Where a key has no setter, the document says what follows.
+    // Without a setter for a key, the document makes all scenarios.
     assert!(plan(&text("\"motor.rating.current\" = { normal = \"5 %\" }")).typed.is_none());
 }
 
-/// Motors of all kinds of cores, with rotors that move and iron that remembers.
+/// Motors with all kinds of cores, with rotors that move and iron with hysteresis.
 const MOTORS: [(&str, &str); 9] = [
     ("saturated", "motor = \"paper-5k5\""),
     (
@@ -126,18 +126,18 @@ fn spread(key: &str) -> &'static str {
         // Sliding friction is at most as large as stiction.
         "motor.rotor.coulomb" => "uniform = \"10 %\", mean = \"0.1 mN m\"",
         "motor.rotor.stiction" => "uniform = \"10 %\", mean = \"2 N m\"",
-        // Inductances and magnet must agree with the core within 2 %.
-        // Wide enough for another assumed inertia, of which there are two digits.
+        // Inductances and magnet must agree with the core within 2 %. A nameplate needs a spread wide enough to change
+        // the assumed inertia, which has two digits.
         key if key.starts_with("motor.nameplate.") => "normal = \"5 %\", truncated = 3",
         key if key.starts_with("motor.winding.") => "normal = \"0.3 %\", truncated = 3",
         key if key.starts_with("motor.rotor.") => "uniform = \"10 %\"",
-        // The motor's, and that of a brake.
+        // All other keys.
         _ => "uniform = \"10 %\"",
     }
 }
 
 fn tried(motor: &str, tolerances: &str) -> Result<Plan, FileError> {
-    // What is lacking of tables comes before what stands in tables of its own.
+    // In TOML these keys must precede the text of the motor, which may contain tables.
     let dividers = if tolerances.contains("sensors.terminal_") { "sensors.terminals = true\n" } else { "" };
     let of_comparators =
         ["sensors.comparator_", "sensors.timer_error", "sensors.blanking", "sensors.threshold_range"];
@@ -159,7 +159,8 @@ fn tried(motor: &str, tolerances: &str) -> Result<Plan, FileError> {
     Plan::new(Document::parse(std::path::Path::new("s.toml"), &text)?)
 }
 
-/// Draws of each key on each motor: equal to the last bit, so that a setter of another number is seen by the first.
+/// Number of draws of each key on each motor. Scenarios must be equal to the last bit, so the first draw shows a setter
+/// of a wrong number.
 const DRAWS: u64 = 3;
 
 #[test]
@@ -168,13 +169,13 @@ fn law_each_setter_makes_what_the_document_makes_on_all_kinds_of_motors() {
     for key in SETTERS.iter().map(|(key, _)| *key).chain(by_themselves) {
         let mut motors = 0;
         for (motor, text) in MOTORS {
-            // About no flux there is nothing to spread.
+            // A flux of zero has no relative spread.
             if (key, motor) == ("motor.winding.magnet_flux", "without a magnet") {
                 continue;
             }
-            // Not every motor has, and not every scenario allows, each key.
+            // Some motors lack the key, and some scenarios do not allow it.
             let Ok(plan) = tried(text, &format!("\"{key}\" = {{ {} }}", spread(key))) else { continue };
-            // Of friction that is assumed, stiction and sliding friction are one number, which the document alone sets in both.
+            // If friction is assumed, stiction and sliding friction are one number, and only the document sets both.
             let both = motor == "by a nameplate alone"
                 && ["motor.rotor.stiction", "motor.rotor.coulomb"].contains(&key);
             assert_eq!(compared(&plan, DRAWS), if both { 0 } else { DRAWS }, "{key} of a motor {motor}");
