@@ -18,14 +18,12 @@ use crate::known::{nameplate, sources};
 use crate::side_by_side::side_by_side;
 use crate::{DriveSettings, ErrorSet, FaultSettings, Hosted, Made, Record, TrialError, faults};
 
-/// A scenario, ready to run: one motor, one type of drive, and one detection method with its settings `S`. All its
-/// trials share them.
+/// A scenario, ready to run: one motor, one type of drive, and one detection method with its settings `S`. All its trials share them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario<S = LineInductanceSettings<f64>> {
     /// The motor.
     pub motor: Motor,
-    /// Motion of the rotor: held, free or braked. If the brake has play, each trial starts at another position within
-    /// the play.
+    /// Motion of the rotor: held, free, braked or driven. Each trial draws the initial position within the play of the brake.
     pub rotor: RotorState,
     /// Electrical angle in rad at the start of every trial; none: each trial draws an angle.
     pub start_angle: Option<f64>,
@@ -35,11 +33,9 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub start_speed: f64,
     /// Acceleration in revolutions per minute and second of a rotor that is driven.
     pub acceleration: f64,
-    /// True if the stator's iron has remanence from former operation. Each trial then draws the direction of the
-    /// remanence.
+    /// True if the stator's iron has remanence from former operation. Each trial then draws the direction of the remanence.
     pub memory: bool,
-    /// Settings of the drive, from which each trial draws one specimen: its gate delays and the phase of its DC-link
-    /// ripple.
+    /// Settings of the drive, from which each trial draws one specimen: its gate delays and the phase of its DC-link ripple.
     pub drive: DriveSettings,
     /// Settings of the drive's sensors, from which each trial draws one specimen: gains, offsets and further errors.
     pub sensors: SensorSettings,
@@ -49,8 +45,7 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub detector: S,
     /// Factory of detectors from a shared library, which replace those of the method; none without a library.
     pub foreign: Option<Maker>,
-    /// Factory of detectors from the running program, such as a Python class, which replace those of method and
-    /// library; none without one.
+    /// Factory of detectors from the running program, such as a Python class, which replace those of method and library; none without one.
     pub hosted: Option<Hosted>,
     /// Longest simulated time that a detection may take.
     pub time_limit: Nanos,
@@ -60,8 +55,7 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub seed: u64,
 }
 
-/// Longest time in s between two points of a recorded waveform; instants of a change, such as switching edges, add
-/// points.
+/// Longest time in s between two points of a recorded waveform; instants of a change, such as switching edges, add points.
 const RESOLUTION: f64 = 5e-6;
 
 /// Trial numbers that select the random numbers of a case: one for the drive and its sensors, one for the noise.
@@ -73,8 +67,7 @@ pub struct Specimen {
     pub noise: u64,
 }
 
-/// Returns the integrator's tolerance: the default, or 1e-8 of rated current times the smaller one of L_d and L_q if
-/// that is less, because some motors have a flux linkage of only microwebers.
+/// Returns the integrator's tolerance: the default, or 1e-8 of the flux linkage (rated current times smaller inductance) if that is less.
 pub(crate) fn tolerance(motor: &Motor) -> Tolerance {
     let winding = &motor.winding;
     let inductance = winding.d_axis_inductance().min(winding.q_axis_inductance());
@@ -82,16 +75,16 @@ pub(crate) fn tolerance(motor: &Motor) -> Tolerance {
 }
 
 impl Scenario {
-    /// Makes a scenario of the paper's method on this motor, at its nominal DC-link voltage and with one of the error
-    /// sets. The method assumes the motor's own sign of L_q − L_d.
+    /// Makes a scenario of the paper's method on this motor, at its nominal DC-link voltage and with one of the error sets. The method
+    /// assumes the motor's own sign of L_q − L_d.
     pub fn paper(motor: Motor, errors: ErrorSet, decay: Decay, rotor: RotorState, seed: u64) -> Self {
         Scenario::new(motor, errors, rotor, seed, |drive| LineInductanceSettings::paper(decay, drive))
     }
 }
 
 impl Scenario<Method<f64>> {
-    /// Makes a scenario of a method with its default settings for this motor, at its nominal DC-link voltage with one
-    /// of the error sets. If the method reads terminal voltages, the drive has voltage dividers at its terminals.
+    /// Makes a scenario of a method with its default settings for this motor, at its nominal DC-link voltage with one of the error sets. If
+    /// the method reads terminal voltages, the drive has voltage dividers at its terminals.
     pub fn of_method(
         method: MethodName,
         motor: Motor,
@@ -109,8 +102,8 @@ impl Scenario<Method<f64>> {
 }
 
 impl<S: Settings<f64>> Scenario<S> {
-    /// Makes a scenario of a method on this motor, at its nominal DC-link voltage with one of the error sets;
-    /// `settings` derives the method's settings from the nameplate.
+    /// Makes a scenario of a method on this motor, at its nominal DC-link voltage with one of the error sets; `settings` derives the
+    /// method's settings from the nameplate.
     pub fn new(
         motor: Motor,
         errors: ErrorSet,
@@ -147,8 +140,7 @@ impl<S: Settings<f64>> Scenario<S> {
         nameplate(&self.motor, &self.drive, &self.sensors)
     }
 
-    /// Returns the kinds of readings that the drive's sensors provide: phase currents, DC-link current, terminal
-    /// voltages, captured times.
+    /// Returns the kinds of readings that the drive's sensors provide: phase currents, DC-link current, terminal voltages, captured times.
     pub fn sources(&self) -> Vec<Source> {
         let sensors = &self.sensors;
         sources(sensors.arrangement, sensors.terminal.is_some(), sensors.comparator.timer > 0.0)
@@ -159,8 +151,7 @@ impl<S: Settings<f64>> Scenario<S> {
         Source::any_of(settings.sources(), &self.sources())
     }
 
-    /// Checks that the drive provides the readings and the carrier period of the method, and that a detector can be
-    /// made.
+    /// Checks that the drive provides the readings and the carrier period of the method, and that a detector can be made.
     ///
     /// # Errors
     /// The first setting that does not fit.
@@ -178,8 +169,7 @@ impl<S: Settings<f64>> Scenario<S> {
         self.try_detector()
     }
 
-    /// Checks that a detector can be made. A detector of the running program is not checked here, nor a library that
-    /// only other processes load: these processes check it.
+    /// Checks that a detector can be made, unless it is one of the running program or of a library that only other processes load.
     pub(crate) fn try_detector(&self) -> Result<(), SettingsError> {
         if self.hosted.is_some() {
             return Ok(());
@@ -190,8 +180,8 @@ impl<S: Settings<f64>> Scenario<S> {
         }
     }
 
-    /// Makes the detector for a case of this scenario: that of the running program if there is one, else that of the
-    /// library, else that of the method. The first two receive a seed drawn from the case's random numbers.
+    /// Makes the detector for a case of this scenario: that of the running program if there is one, else that of the library, else that of
+    /// the method. The first two receive a seed drawn from the case's random numbers.
     ///
     /// # Errors
     /// The method's detector cannot work with its settings, or the library refuses them with a message.
@@ -199,8 +189,7 @@ impl<S: Settings<f64>> Scenario<S> {
         self.made(case, Some(case.streams.index()))
     }
 
-    /// Makes the detector of a case. `trial`: number of the trial, which is passed to a library or the running program;
-    /// none if the detector is made only for a check.
+    /// Makes the detector of a case. `trial`: number of the trial, which the detector receives; none if it is made only for a check.
     fn made(&self, case: &Case, trial: Option<u64>) -> Result<Made<S::Detector>, SettingsError> {
         let drawn = || {
             let mut draws = case.streams.open(Purpose::Detector);
@@ -237,9 +226,8 @@ impl<S: Settings<f64>> Scenario<S> {
         self.case_from(angle, streams, streams)
     }
 
-    /// Returns the case with the rotor at an electrical angle in rad and the random numbers of `specimen`. A free rotor
-    /// that its friction cannot hold at this angle, against cogging and load, starts at the angle at which it comes to
-    /// rest.
+    /// Returns the case with the rotor at an electrical angle in rad and the random numbers of `specimen`. A free rotor that its friction
+    /// cannot hold at this angle, against cogging and load, starts at the angle at which it comes to rest.
     pub fn case_at(&self, angle: f64, specimen: Specimen) -> Case<'_> {
         let [drive, noise] = [specimen.drive, specimen.noise].map(|trial| Streams::new(self.seed, trial));
         self.case_from(angle, drive, noise)
@@ -276,9 +264,8 @@ impl<S: Settings<f64>> Scenario<S> {
         case
     }
 
-    /// Returns the brake's play below and above the rotor's initial position, in rad electrical. The initial position
-    /// within the play is drawn uniformly; if cogging and load exceed the stiction, it is the stop to which they turn
-    /// the rotor.
+    /// Returns the brake's play below and above the rotor's initial position, in rad electrical. The initial position within the play is
+    /// drawn uniformly; if cogging and load exceed the stiction, it is the stop to which they turn the rotor.
     fn standing_play(&self, angle: f64, play: Play, streams: Streams) -> Play {
         let whole = play.below + play.above;
         let torque = self.motor.cogging(angle) - self.load_torque;
@@ -300,8 +287,8 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok(self.trial_with(trial, &mut self.detector_for(&self.case(trial))?))
     }
 
-    /// Runs trials side by side in this thread, several times as fast as one after the other; `done` receives the
-    /// record of each trial when the trial ends.
+    /// Runs trials side by side in this thread, several times as fast as one after the other; `done` receives each record when its trial
+    /// ends.
     ///
     /// # Errors
     /// No detector can be made for a trial. Then no further trial begins, and trials that have begun are completed.
@@ -314,8 +301,7 @@ impl<S: Settings<f64>> Scenario<S> {
         side_by_side(trials.into_iter().map(of), |_, record| done(record))
     }
 
-    /// Runs a trial whose random draws come from a tape, with the scenario's detector. The record has the tape's trial
-    /// number.
+    /// Runs a trial whose random draws come from a tape, with the scenario's detector. The record has the tape's trial number.
     ///
     /// ```
     /// use standstill_scenario::{ErrorSet, Scenario};
@@ -341,8 +327,8 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok(Record { trial: tape.index(), run })
     }
 
-    /// Runs trials whose random draws come from tapes, side by side in this thread; `done` receives each record, with
-    /// the index of its tape in `tapes`, when the trial ends.
+    /// Runs trials whose random draws come from tapes, side by side in this thread; `done` receives each record, with the index of its tape
+    /// in `tapes`, when the trial ends.
     ///
     /// # Errors
     /// No detector can be made for a tape. Then no further trial begins, and trials that have begun are completed.
@@ -350,10 +336,10 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok(side_by_side(tapes.iter().map(|tape| (self, Streams::taped(tape))), done)?)
     }
 
-    /// Runs a case twice: first as a campaign does, with the same result bit by bit, then with an observer. Returns the
-    /// record of the first run, and the second run with its waveforms. Their points are 5 µs apart, or further apart if
-    /// more than about `most_rows` points would result. With `ledger`, the second run also integrates energies, which
-    /// changes its steps slightly. The detector of a library logs as in a campaign.
+    /// Runs a case twice: first as a campaign does, with the same result bit by bit, then with an observer. Returns the record of the first
+    /// run, and the second run with its waveforms. Their points are 5 µs apart, or further apart if more than about `most_rows` points
+    /// would result. With `ledger`, the second run also integrates energies, which changes its steps slightly. The detector of a library
+    /// logs as in a campaign.
     ///
     /// # Errors
     /// The detector cannot work with its settings.
@@ -366,8 +352,7 @@ impl<S: Settings<f64>> Scenario<S> {
         self.twice(case, false, (ledger, most_rows))
     }
 
-    /// Runs a case twice as [`Self::watched`] does; the waveforms also contain the channels and the log of a library's
-    /// detector.
+    /// Runs a case twice as [`Self::watched`] does; the waveforms also contain the channels and the log of a library's detector.
     ///
     /// # Errors
     /// The detector cannot work with its settings.
@@ -380,9 +365,8 @@ impl<S: Settings<f64>> Scenario<S> {
         self.twice(case, true, (ledger, most_rows))
     }
 
-    /// Runs a case, and runs it once more with an observer and a second detector. With `shows`, the trace contains
-    /// channels and log of the second detector, and the log of the first detector is dropped. Without `shows`, the log
-    /// of the second detector is dropped.
+    /// Runs a case, and runs it once more with an observer and a second detector. With `shows`, the trace contains channels and log of the
+    /// second detector, and the log of the first detector is dropped. Without `shows`, the log of the second detector is dropped.
     fn twice(
         &self,
         case: &Case,
