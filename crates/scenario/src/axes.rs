@@ -218,7 +218,7 @@ impl<'a> Axis<'a> {
     fn at(&self, share: f64) -> Value {
         match self {
             Self::List(values) => {
-                // A share of a length is an index.
+                // A share of the list's length is an index.
                 let place = whole::<usize>(share * values.len() as f64).min(values.len() - 1);
                 values[place].clone()
             }
@@ -229,7 +229,7 @@ impl<'a> Axis<'a> {
                 } else {
                     from.value + (to.value - from.value) * share
                 };
-                // The ends are as they were written.
+                // Both ends keep their numbers as they were written.
                 if share == 0.0 {
                     from.to_value()
                 } else if share == 1.0 {

@@ -231,8 +231,8 @@ fn check_sensors(method: MethodName, scenario: &Scenario<Method<f64>>) -> Result
     Err(FileError::key("detector.method", &found, &needed))
 }
 
-/// Checks that a motor's iron has hysteresis, and that its core model covers all currents up to the coercive current:
-/// at zero winding current, the core may be at any of them after former operation.
+/// Checks that the motor's iron has hysteresis, and that its core model covers currents of the size of the coercive
+/// current in all directions: remanence of former operation acts on the core like such a current.
 pub(super) fn check_memory(motor: &Motor) -> Result<(), FileError> {
     let circuit = &motor.magnetics;
     let Some(hysteresis) = circuit.hysteresis() else {

@@ -29,8 +29,8 @@ pub struct Document {
 const MOST_PARTS: usize = 16;
 
 impl Document {
-    /// Reads a scenario file. [`Document::files`] does not list the file itself: its content, with all overrides, is
-    /// part of a run's identity anyway.
+    /// Reads a scenario file. [`Document::files`] does not list this file, because a run is identified by the file's
+    /// content with all overrides.
     pub fn read(file: &Path) -> Result<Self, FileError> {
         let text = Files::default().text(file);
         let text =
@@ -228,7 +228,7 @@ impl Document {
         self.locate(FileError::key(key, found, needed))
     }
 
-    /// Adds the position of the key to an error.
+    /// Adds the position of the key to an error that has no position yet.
     pub fn locate(&self, error: FileError) -> FileError {
         let FileError::Key { place, key, message } = error else { return error };
         if !place.is_empty() {

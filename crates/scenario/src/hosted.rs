@@ -120,7 +120,7 @@ impl DetectorTable {
     /// `hosted`: the provider that the running program has, if any.
     ///
     /// # Errors
-    /// The program does not provide the class, or settings are given with `detector.python` that do not reach the
+    /// The program does not provide the class, or keys are set beside `detector.python` that have no effect on the
     /// class.
     pub(super) fn provider<'a>(
         &self,
@@ -169,7 +169,7 @@ mod tests {
             let single = plan.single(point, 1).expect("a trial").scenario;
             let nominal = plan.scenario(point).expect("valid");
             assert!(nominal.trial(1).expect("no settings").is_void());
-            // A drive does not know how far its motor is off its sheet.
+            // The drawn motor differs from the nameplate that the detector receives.
             assert_ne!(single.motor.resistance, nominal.motor.resistance);
             assert!(single.trial(1).expect("no settings").is_void());
         }
@@ -183,7 +183,7 @@ mod tests {
         assert_eq!(seen[0].0.nameplate.dc_link, 550.0);
     }
 
-    /// Ends at once, after having seen what it is given.
+    /// A provider that stores the data it receives; its detectors end at once.
     #[derive(Debug, Default)]
     struct Sees(Mutex<Vec<(Arc<Given>, u64, u64)>>);
 

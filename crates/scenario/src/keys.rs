@@ -1,7 +1,7 @@
 //! The registry of a scenario's keys: each key is one entry of a table, and all other descriptions of the key are
 //! derived from this entry.
 //!
-//! The entry in [`table!`] makes the field into which files are read. The following are derived from the list of
+//! The entry in [`table!`] declares the field into which files are read. The following are derived from the list of
 //! entries: ranges and their errors, the schema, effective values, values that trials draw, sources of an error budget,
 //! warnings, variables of an FMU, the example that `init` writes, the table in `docs/reference.md` and the panel of the
 //! lab. Rules between keys are code: `build.rs`, `link.rs`, `terminals.rs`.

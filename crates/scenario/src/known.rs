@@ -11,12 +11,13 @@ use standstill_sim::{Arrangement, Comparators, SensorSettings, VoltageSensor};
 
 use crate::DriveSettings;
 
-/// Smallest relative difference between the poles' currents that a test may rely on: several times the sensors' error
-/// in comparing two pulses.
+/// Smallest relative difference between the poles' currents that a polarity test may rely on: several times the
+/// sensors' error in comparing two pulses.
 const LEAST_DIFFERENCE: f64 = 0.005;
 
-/// Returns which pole draws more current at a current in A, and the relative difference between the two poles' currents; `None` where a flux
-/// map ends before that current. [`Signature::None`] where the difference is at most 0.5 %, which no test may rely on.
+/// Returns which pole draws more current at a current in A, and the relative difference between the two poles'
+/// currents; `None` where a flux map ends before that current. [`Signature::None`] where the difference is at most 0.5
+/// %, too little for a polarity test.
 ///
 /// ```
 /// use standstill_detect::Signature;

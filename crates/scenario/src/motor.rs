@@ -14,8 +14,8 @@ use toml::{Table, Value};
 use super::document::FileError;
 use super::suggestion::quoted;
 
-/// A built-in name, a path, or a table with a data sheet. The table's key `base` names the motor that provides all
-/// values missing in the table.
+/// The motor of a scenario: the name of a built-in motor, the path of a data sheet, or a table with a data sheet. The
+/// table's key `base` names the motor that provides all values missing in the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum MotorSpec {
@@ -88,7 +88,8 @@ impl MotorSpec {
         }
     }
 
-    /// Adds the scenario's key to the error of a data sheet if the wrong value is in the scenario itself.
+    /// Converts an error of the data sheet. If the wrong value stands in the scenario itself, the error names the
+    /// scenario's key.
     pub(super) fn wrong(&self, error: MotorError) -> FileError {
         if let (Self::Table(table), MotorError::Value { key, found, needed, .. }) = (self, &error) {
             let mut parts = key.split('.');

@@ -1,4 +1,4 @@
-//! A scenario that needs no other files, for programs that carry a scenario with them, such as FMUs.
+//! A scenario together with the files that it needs, for programs that carry a scenario with them, such as FMUs.
 
 use std::path::Path;
 use std::sync::Arc;

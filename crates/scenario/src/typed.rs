@@ -1,9 +1,9 @@
 //! Setters for tolerances: they write drawn numbers into a scenario, so that the document need not be read for each
 //! trial.
 //!
-//! Setters are used if, for a few draws at each point, they make the same scenario as the document, and only for values
-//! within the range for which the document was tried. All else, such as a motor whose winding does not agree with its
-//! core, is left to the document, which reports the error.
+//! The setters are used only if, for a few draws at each point, they make the same scenarios as the document, and only
+//! for values within the range for which the document was tried. In all other cases, such as a motor whose winding does
+//! not agree with its core, the document makes the scenario or reports the error.
 
 #[cfg(test)]
 mod tests;

@@ -7,9 +7,9 @@ use super::tables::ScenarioFile;
 
 /// Returns the JSON Schema of scenario files.
 ///
-/// Quantities have their SI unit as `x-unit`; `x-share` marks shares among dimensionless numbers. Each key with a range
-/// has it in words as `x-range`, and as `minimum` and `maximum` of its plain numbers, by which editors mark a value that
-/// is not allowed.
+/// `x-unit` is the SI unit of a quantity, `x-share` marks shares among dimensionless numbers, and `x-range` describes
+/// the range of a key in words. `minimum` and `maximum` limit the plain numbers of a key, so that editors mark a value
+/// that is not allowed.
 pub fn schema() -> Value {
     let mut schema = unlimited();
     for (path, range) in keys().filter_map(|key| Some((key.path, key.range.as_ref()?))) {
@@ -201,7 +201,8 @@ mod tests {
             && any("oneOf")
     }
 
-    /// The schema allows and refuses the plain numbers that the program does: both ends of each range, beyond them, within its gap.
+    /// The schema allows exactly the plain numbers that the program allows, at both ends of each range, beyond them,
+    /// and within its gap.
     #[test]
     fn law_the_schema_has_the_range_of_each_key() {
         let schema = schema();

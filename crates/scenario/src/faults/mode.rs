@@ -250,7 +250,7 @@ impl FaultMode {
             )
     }
 
-    /// Returns whether this kind of fault belongs to one of the phases, legs or sensors.
+    /// Returns whether this kind of fault has a place: one of the phases, legs or sensors.
     pub fn has_place(self) -> bool {
         matches!(
             self,

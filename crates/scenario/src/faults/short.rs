@@ -20,7 +20,7 @@ const SHARES: [f64; 2] = [0.05, 0.5];
 /// [`check`] requires.
 pub(super) const COUPLINGS: [f64; 2] = [0.71, 0.95];
 
-/// Largest typical resistance, as a share of the winding's.
+/// Largest typical resistance of a short, as a share of the resistance of a phase.
 const MOST_RESISTANCE: f64 = 0.5;
 
 /// Returns the smallest and largest typical share of shorted turns. On a motor whose shorted turns settle fast, the

@@ -1,4 +1,4 @@
-//! Runs trials of a plan, one by one or side by side, from seeds or from tapes.
+//! Runs trials of a plan, one by one or side by side, with random numbers from a seed or from tapes.
 
 use standstill_detect::Method;
 use standstill_sim::{Streams, Tape};
