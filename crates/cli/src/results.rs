@@ -35,7 +35,7 @@ pub const STATISTICS: &str = "run.statistics";
 /// Content of `summary.json`.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct SummaryFile {
-    /// Identity of the run.
+    /// Identity of the run: all that its results depend on.
     pub run: Identity,
     /// Summary of all trials; none for a sweep, because a mean over its points would depend on the choice of the
     /// points.
@@ -119,7 +119,7 @@ impl SummaryFile {
 }
 
 impl SummaryFile {
-    /// Returns the number of starts that name the wrong pole, in words; none if there are none, or if poles are not judged.
+    /// Returns the number of starts that name the wrong pole, in words; none if no start does, or if poles are not judged.
     pub fn wrong_poles(&self) -> Option<String> {
         let wrong: u64 = self.each().map(|s| s.wrong_poles).sum();
         let is_judged = wrong > 0 && !self.run.pole_is_open;

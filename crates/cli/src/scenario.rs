@@ -162,7 +162,6 @@ pub fn read_either(path: &Path) -> Result<(Document, bool), Error> {
 
 /// Returns a description of a file or folder that is neither scenario nor motor, with the command that reads it; none
 /// for other kinds of files.
-/// of file is not known.
 fn named_otherwise(path: &Path) -> Option<String> {
     if path.join("summary.json").exists() {
         return Some(format!("the folder of a run; `standstill report {}` shows it", path.display()));

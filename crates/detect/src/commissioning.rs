@@ -83,10 +83,10 @@ impl<T: Real> CommissioningSettings<T> {
     }
 }
 
-/// Why nothing was learnt.
+/// Reason why a commissioning run gives no correction.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum CommissioningError<T> {
-    /// A line inductance that is not positive and finite.
+    /// A line inductance is not positive and finite.
     #[error("a line inductance is not positive and finite")]
     NotInductive,
     /// There is no room for another position.
@@ -95,7 +95,7 @@ pub enum CommissioningError<T> {
         /// Largest number of positions.
         room: usize,
     },
-    /// Too few positions.
+    /// There are too few positions.
     #[error("{found} positions where at least {needed} are needed")]
     TooFew {
         /// Number of positions.
@@ -133,7 +133,7 @@ pub enum CommissioningError<T> {
 /// Standard deviations of the learnt values, from the residual and the information matrix of the positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviations<T> {
-    /// Standard deviation of each part of c, relative to L_A.
+    /// Standard deviation of the real and of the imaginary part of c, relative to L_A.
     pub offset: T,
     /// Standard deviation of H, relative to L_A.
     pub fourth: T,

@@ -74,11 +74,11 @@ pub struct Key {
     pub name: &'static str,
     /// Description, in a sentence.
     pub about: &'static str,
-    /// Kind of its values.
+    /// Kind of the key's values.
     pub kind: Kind,
 }
 
-/// Access of a key to settings `S`.
+/// A key of the settings `S`, with the functions that get and set its value.
 #[derive(Debug)]
 pub struct Setting<S: 'static> {
     /// The key.
@@ -93,7 +93,7 @@ pub struct Setting<S: 'static> {
 /// Function that receives the name of a setting and its value as text for people.
 pub type Lines<'a> = dyn FnMut(&'static str, fmt::Arguments<'_>) + 'a;
 
-/// Settings that are set by key.
+/// Settings of a method whose values can be set by key.
 ///
 /// ```
 /// # let nameplate = include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/nameplate.rs"));

@@ -61,8 +61,8 @@ pub struct Nameplate<T> {
     pub polarity_difference: T,
     /// Change of 1/L_q with a current along the magnet, relative to the change of 1/L_d; zero without cross saturation.
     pub cross_saturation: T,
-    /// Length of the pulse across a line that raises the rated current where the core saturates most. It is shorter
-    /// than the inductances at zero current suggest.
+    /// Length of the pulse across a line that raises the rated current in the direction in which the core saturates
+    /// most. It is shorter than the inductances at zero current suggest.
     pub rated_pulse: Nanos,
     /// Standard deviation of the current sensors' gains, relative, as their data sheet tolerates it. Zero: equal.
     pub gain_tolerance: T,
@@ -117,8 +117,8 @@ impl<T: Real> Nameplate<T> {
 
     /// Returns the longest pulse that does not exceed the rated current in any line.
     ///
-    /// The more a core saturates, the steeper is the current at the end of the pulse, and the more matters an error of
-    /// the link's voltage. So the pulse is 1 % shorter for each 10 % by which saturation shortens it.
+    /// The more a core saturates, the steeper is the current at the end of the pulse, and the larger is the effect of
+    /// an error of the link's voltage. So the pulse is 1 % shorter for each 10 % by which saturation shortens it.
     pub(crate) fn longest_pulse(&self) -> Nanos {
         let least = self.d_axis_inductance.min(self.q_axis_inductance);
         let linear = (T::of(2.0) * least * self.rated_current / self.dc_link).to_double();
@@ -165,7 +165,7 @@ impl<T: Real> Nameplate<T> {
     /// Checks all values.
     ///
     /// # Errors
-    /// A value is impossible.
+    /// A value is outside its range.
     pub fn check(&self) -> Result<(), SettingsError> {
         require_positive(self.rated_current, "rated_current")?;
         require_positive(self.d_axis_inductance, "d_axis_inductance")?;

@@ -15,7 +15,7 @@ choice! {
     }
 }
 
-/// A setting that cannot work.
+/// A setting with which no detector can work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SettingsError {
     /// Name of the setting.
@@ -68,7 +68,7 @@ pub(crate) fn require_share<T: Real>(value: T, setting: &'static str) -> Result<
     require(value > T::zero() && value < T::one(), setting, "above 0 and below 1")
 }
 
-/// Requires a probability of error that a decision can keep.
+/// Requires a probability of a wrong pole from 1e-30 to below 0.5.
 pub(crate) fn require_error<T: Real>(value: T, setting: &'static str) -> Result<(), SettingsError> {
     // Below it the exponential of a single-precision number is no longer a number with all its digits.
     let least = T::of(1e-30);
@@ -137,7 +137,7 @@ impl Source {
 /// # Ok::<(), standstill_detect::SettingsError>(())
 /// ```
 pub trait Settings<T: Real> {
-    /// The detector.
+    /// The detector that these settings make.
     type Detector: Detector<T>;
 
     /// Makes a detector, ready for its first step.

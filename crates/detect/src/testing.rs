@@ -80,7 +80,7 @@ impl Noise {
     }
 }
 
-/// A motor whose lines answer as equation (5) says and saturate along its magnet, and the sensors that see it.
+/// A motor whose line inductances follow equation (4) and fall with the current along the magnet, and its sensors.
 pub(crate) struct LineMotor {
     /// Angle in rad of the north pole.
     pub angle: f64,

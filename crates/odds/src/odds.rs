@@ -228,8 +228,8 @@ impl Odds {
     }
 
     /// Widens the interval if alarms make it doubtful. If runs may have missed a part of the event, or few independent
-    /// states are left, the interval reaches from the smallest run to the largest, each with twice its own standard
-    /// error, and from zero if a run did not reach the event. If the event contains faults that no margin announces,
+    /// states are left, the interval reaches from the smallest probability of a run to the largest, each with twice its own
+    /// standard error, and from zero if a run did not reach the event. If the event contains faults that no margin announces,
     /// its upper end is at least that of the first levels' plain trials.
     pub fn doubt(&mut self) {
         let parts = |alarm: &Alarm| {

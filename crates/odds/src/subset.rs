@@ -41,7 +41,7 @@ const UNREAD: Purpose = Purpose::Design;
 const UNREAD_DRAWS: usize = 8;
 
 choice! {
-    /// Cost of an answer.
+    /// Effort spent on an answer.
     #[derive(Default)]
     pub enum Effort {
         /// 1,000 states per level, down to 1e-9: a quarter of the trials of `Normal`, with an interval twice as wide.
@@ -141,8 +141,8 @@ choice! {
     pub enum End {
         /// The event was reached: its states are at least as many as the seeds of a level, a tenth.
         Reached = "reached",
-        /// The order parameter does not lead to the event: too many states share one value, as if the quantity is
-        /// clipped or coarsely quantised, or the distance from the event is unknown.
+        /// The order parameter does not lead to the event: too many states share one value, for example because the
+        /// quantity is clipped or coarsely quantised, or the distance from the event is unknown.
         Flat = "flat",
         /// The probability of the levels fell below [`Settings::least`] before the event was reached.
         TooRare = "too rare",
@@ -166,7 +166,8 @@ pub struct Run {
     pub variation: f64,
     /// Number of levels, including the first one of plain trials.
     pub levels: u32,
-    /// Points (value, P(value or more)): some quantiles of the plain trials, then the threshold of each level.
+    /// Points (value of the order parameter, probability of this value or more): some quantiles of the plain trials,
+    /// then the threshold of each level.
     pub curve: Vec<(f64, f64)>,
     /// Number of trials.
     pub trials: u64,

@@ -54,7 +54,7 @@ fn shown(limits: &Limits, judged: &[&Judged]) -> (f64, f64) {
     (low / 1.5, high * 1.5)
 }
 
-/// Draws the measures at each value, together with their limits.
+/// Draws the measures of a requirement over the values of its key, with their limits.
 pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, subtitle: String) -> Figure {
     let judged = latest(judged);
     let edges = match found {
@@ -120,7 +120,7 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
     Figure::new(format!("What {key} must be"), subtitle, 480, [panel])
 }
 
-/// Draws the trade-off curve of two keys.
+/// Draws the trade-off curve of two keys: for each value of the first, the edge of the second up to which limits hold.
 pub fn tradeoff(keys: [&str; 2], points: &[Point], limits: &str, subtitle: String) -> Figure {
     let (mut x, first) = axis(keys[0], points.iter().map(|point| point.first), None);
     let places: Vec<f64> = points.iter().map(|point| first.number(point.first)).collect();

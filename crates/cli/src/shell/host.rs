@@ -76,7 +76,7 @@ impl Host {
         work()
     }
 
-    /// Requests the command to end; it keeps the results that it can.
+    /// Asks the command to end early; it keeps the results so far if it can.
     pub fn stop(&self) {
         self.stop.store(true, Ordering::SeqCst);
     }

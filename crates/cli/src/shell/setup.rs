@@ -43,7 +43,7 @@ pub struct Setup<'a> {
     pub others: Vec<&'a str>,
 }
 
-/// Largest number of points of a sweep that are all compared. In a larger sweep, only the first and the last point of
+/// Largest number of points of a sweep whose facts are all compared. In a larger sweep, only the first and the last point of
 /// each value of each axis are compared, for at most this many values of an axis.
 const COMPARED: usize = 256;
 
@@ -200,7 +200,7 @@ fn together(all: impl Iterator<Item = Vec<(String, String)>>) -> Vec<(String, St
     values.into_iter().map(one).collect()
 }
 
-/// Returns the facts of drive and sensors at a point of a scenario.
+/// Returns the facts of drive and sensors at a point of a scenario: pairs of key and value as text.
 fn facts(plan: &Plan, point: usize) -> Vec<(String, String)> {
     let Ok(scenario) = plan.scenario(point) else { return Vec::new() };
     let fact = |key: &Key| {

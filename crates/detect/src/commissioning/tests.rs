@@ -14,9 +14,9 @@ struct Machine {
     saliency: f64,
     /// `L_4 cos 4θ` in phase a, `L_4 cos 4(θ − 120°)` in b, and so on.
     fourth: f64,
-    /// By how much phase a is larger.
+    /// Excess of phase a's inductance in H.
     asymmetry: f64,
-    /// By how much less a pulse with i_d > 0 along d meets.
+    /// κ in H: by how much a pulse with i_d > 0 lowers the inductance along d.
     saturation: f64,
     gain: [f64; 3],
 }
@@ -89,7 +89,7 @@ fn usual<T: Real>() -> CommissioningSettings<T> {
     CommissioningSettings::usual(SIGN)
 }
 
-/// Uniform in (0, 1), always the same.
+/// Uniform random numbers in (0, 1), the same in each run.
 struct Chance(u64);
 
 impl Chance {
@@ -103,7 +103,7 @@ impl Chance {
     }
 }
 
-/// The model with the numbers of a machine, derived as the module says.
+/// Returns the model of a machine, by the formulas of the module.
 fn model_of(machine: &Machine) -> Model<f64> {
     Model {
         offset: Complex::new(2.0 / 9.0 * machine.asymmetry, 0.0),

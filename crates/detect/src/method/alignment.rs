@@ -7,9 +7,9 @@
 //! Two directions are used, because a rotor that is opposite to the first feels no torque. A locked rotor would also be
 //! given an angle, so its motion is checked. A magnet that turns from 90° to 0° sweeps its flux ψ across the β axis,
 //! and if the voltage there is a small constant u, `∫ (R i_β − u) dt = ψ_β(start) − ψ_β(end)`. The voltage u is what
-//! the compensation of unequal legs leaves; it follows from the steady current at the end. If the flux swept is
-//! far from ψ, the rotor did not follow, and the method gives no angle. A rotor that something else turns does not
-//! stand still at the end either: its magnet induces a current that turns with it, while a rotor at standstill leaves a
+//! the compensation of unequal legs leaves; it follows from the steady current at the end. If the flux swept is far
+//! from ψ, the rotor did not follow, and the method gives no angle. A rotor that something else turns does not stand
+//! still at the end either: its magnet induces a current that turns with it, while a rotor at standstill leaves a
 //! constant current.
 
 #[cfg(test)]

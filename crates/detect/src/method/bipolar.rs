@@ -62,8 +62,8 @@ impl<T: Real> BipolarSettings<T> {
 #[derive(Clone, Copy, Debug)]
 struct Sums<T> {
     pulses: T,
-    /// Mean of an inductance, or of a difference of two, in H; the field after it is the sum of squared deviations from
-    /// the mean in H².
+    /// Mean of an inductance in H, or of the relative difference of two; the field after it is the sum of squared
+    /// deviations from the mean.
     mean: T,
     squares: T,
 }

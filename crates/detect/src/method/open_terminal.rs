@@ -16,6 +16,7 @@
 //! i_d)/L_d0, L = (L_d + L_q)/2 and `I = u t / (√3 L (1 + k cos 2x))`, to first order
 //! ```text
 //!   r⁺ − r⁻ = −β (u t/L) (1 − k²) sin x (cos² x + ρκ (ρ sin² x − 2 cos² x)) / (1 + k cos 2x)³,   ρ = L_q/L_d
+//! ```
 //! where the current along d raises 1/L_q by κ times as much as 1/L_d, and, by reciprocity, ψ_q raises the coupling
 //! 1/L_dq at the same rate. β is positive if north draws more current. The template changes its sign with the pole, and
 //! only its sign and shape are used, so nothing about the saturation need be known except which pole draws more
@@ -90,7 +91,7 @@ enum Under {
     Rest,
 }
 
-/// The detector.
+/// The detector by the open terminal's voltage.
 #[derive(Clone, Debug)]
 pub struct OpenTerminal<T> {
     settings: OpenTerminalSettings<T>,

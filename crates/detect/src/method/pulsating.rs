@@ -24,7 +24,7 @@ pub type PulsatingInjectionSettings<T> = InjectionMethod<T, Pulsating<T>>;
 /// The detector by pulsating injection.
 pub type PulsatingInjection<T> = Injection<T, Pulsating<T>>;
 
-/// Angle in rad that the last two corrections may have in common besides the rotor's movement.
+/// Angle in rad by which the last two corrections may seem to move the axis although the rotor stands.
 const STEADY: f64 = 2.0 * turning::DEGREE;
 
 /// Largest correction in rad whose sign shows the direction in which the rotor turns. A larger one combines |z| of two

@@ -26,7 +26,7 @@ pub type RotatingInjection<T> = Injection<T, Rotating<T>>;
 /// A rotating voltage, and the current's parts that turn with it and against it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotating<T> {
-    /// Sums of i e^{−jωt} and i e^{jωt}.
+    /// Sum of i e^{−jωt} in A; `negative`, the next field: sum of i e^{jωt}.
     positive: Complex<T>,
     negative: Complex<T>,
     /// `negative` after a quarter of the measurement; `middle`, the next field: after half of it.

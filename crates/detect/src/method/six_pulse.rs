@@ -4,11 +4,10 @@
 //!   a high, b and c low ─► a comparator trips ─► all off ─► 60° further: c low, a and b high ─► …
 //!          t_0                                                   t_1                             t_5
 //! ```
-//! A drive with a comparator and a timer needs no converter for this method, because only six durations are measured. y
-//! = 1/t is the mean slope of the current up to the threshold, in the direction φ of the vector. For a motor without
-//! saturation
-//! and with L_B/L_A = k, `y = Y (1 − k cos 2(θ − φ))` apart from the resistance's effect; saturation along the magnet
-//! adds `p cos(θ − φ)`. So for six directions, 60° apart,
+//! A drive with a comparator and a timer needs no converter for this method, because only six durations are measured.
+//! y = 1/t is the mean slope of the current up to the threshold, in the direction φ of the vector. For a motor without
+//! saturation and with L_B/L_A = k, `y = Y (1 − k cos 2(θ − φ))` apart from the resistance's effect; saturation along
+//! the magnet adds `p cos(θ − φ)`. So for six directions, 60° apart,
 //! ```text
 //!   z2 = Σ y e^{j2φ} / (3 Y) = −k e^{j2θ}         the axis, as equations (5) to (7) of line pulses
 //!   z1 = Σ y e^{jφ} / (3 Y)  =  p e^{jθ}          the pole
@@ -49,7 +48,7 @@ use crate::parts::turning::Standing;
 use crate::settings::SettingsError;
 pub use settings::SixPulseSettings;
 
-/// Directions of the vectors in a round.
+/// Number of vectors in a round.
 const VECTORS: usize = 6;
 
 /// Order of the vectors if opposite ones follow each other.

@@ -59,7 +59,7 @@ impl<T: Real> BothWaysSettings<T> {
         }
     }
 
-    /// Checks all but the train.
+    /// Checks all settings except those of the train.
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
         require_share(self.least_saliency, "least_saliency")?;
         let tolerance = self.gain_tolerance;

@@ -9,10 +9,11 @@
 //! ΔU, the drops of the devices, and the effect of a turning magnet in both directions are equal in all lines; a bad contact in one phase is
 //! not. It adds to two lines, and nothing to the third.
 //!
-//! An edge that comes τ later, or a sample that is taken τ earlier than the sequence says, moves the peak: −2 U τ / L, the same at each s,
-//! whereas losses grow with s. Legs switch apart by some ten nanoseconds, which in a short pulse looks like as much resistance as the
-//! winding has. Each line's offset is therefore estimated beside its losses: a part that all lines have in common, of any size, and a rest
-//! with a normal distribution, of which the drive's data sheet says the width.
+//! An edge that comes τ later, or a sample that is taken τ earlier than the sequence says, moves the peak: −2 U τ / L,
+//! the same at each s, whereas losses grow with s. Legs switch apart by some ten nanoseconds, which in a short pulse
+//! looks like as much resistance as the winding has. Each line's offset is therefore estimated beside its losses: a
+//! part that all lines have in common, of any size, and a rest with a normal distribution, whose width the drive's data
+//! sheet states.
 //!
 //! The differences are fitted over the time 2 s (1 − s / (2 t₁)) alone, so that the result is linear in the currents:
 //! the effect of a turning magnet cancels between forward and backward pulses.
@@ -183,7 +184,8 @@ impl<T: Real> Losses<T> {
     }
 
     /// Returns the resistance in Ω that would cause the same losses in each line, devices included, and its standard
-    /// deviation by noise and edges; none if a line has no pair of samples one way. `noise`: variance of a reading in A²; `lines`: inductances in H.
+    /// deviation by noise and edges; none if a line has no pair of samples in one direction. `noise`: variance of a
+    /// reading in A²; `lines`: inductances in H.
     fn resistances(&self, noise: T, lines: [T; 3], timing: Timing<T>) -> Option<([T; 3], T)> {
         if self.0.iter().flatten().any(|pairs| pairs.count < T::one()) {
             return None;

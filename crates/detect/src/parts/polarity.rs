@@ -2,7 +2,7 @@
 //!
 //! A voltage vector along the magnet drives the core further into saturation, one against it reduces saturation. So the
 //! first raises the larger current, or in motors with iron bridges the smaller one: this is the motor's [`Signature`].
-//! Both are near the rated current, where the difference is largest. They lie on the d-axis and make no torque.
+//! Both currents are near the rated one, where the difference is largest. They lie on the d-axis and make no torque.
 //!
 //! ```text
 //!   two vectors (the paper):  wait ─► along ─► wait ─► against ─► wait ─► the larger current

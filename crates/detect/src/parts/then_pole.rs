@@ -1,4 +1,4 @@
-//! Frame of the methods that measure an axis and then test its pole.
+//! Common sequence of the methods that measure an axis and then test its pole.
 //!
 //! ```text
 //!   wait ─► measure ─► measure ─► … ─► wait ─► measure ─► … ─► polarity test

@@ -50,7 +50,7 @@ pub(crate) fn estimated<T: Real>(variance: T, freedom: T) -> T {
     (significance::scattered(variance, freedom) / T::of(DEVIATIONS * DEVIATIONS)).max(variance)
 }
 
-/// The check whether the rotor stands.
+/// Check whether the rotor stands still, by D.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Standing<T> {
     /// D_q for each volt of ωψ: g (3√3/2) / U, in D's unit.
@@ -144,8 +144,8 @@ pub(crate) fn direction<T: Real>(ahead: T, within: T, share: T) -> Option<Rotati
     is_known.then_some(way)
 }
 
-/// Checks that an axis has not moved. Arguments: by how many rad it was ahead after this many seconds, the standard deviation of that angle,
-/// the angle by which it may differ in addition, and the direction of rotation if it is known.
+/// Checks that an axis has not moved. Arguments: the angle in rad by which the axis is ahead, and the time in s; the
+/// standard deviation of that angle; an additional angle that is allowed; the direction of rotation, if it is known.
 pub(crate) fn check_axis<T: Real>(
     margin: &mut Margin<T>,
     (ahead, seconds): (T, T),
@@ -180,7 +180,8 @@ pub(crate) fn check_speed<T: Real>(
     if speed > allowed { Err(Fault::RotorTurns { speed, allowed, way }) } else { Ok(()) }
 }
 
-/// Returns the current in A that a volt drives in so many seconds through this resistance in Ω and inductance in H: `(1 − e^(−R t/L))/R`.
+/// Returns the current in A that a volt drives in `seconds` through this resistance in Ω and inductance in H: `(1 −
+/// e^(−R t/L))/R`.
 pub(crate) fn by_volt<T: Real>(seconds: T, resistance: T, inductance: T) -> T {
     let x = resistance * seconds / inductance;
     let rises = if x > T::of(1e-3) { -(-x).exp_m1() / x } else { T::one() - x / T::of(2.0) };
@@ -209,8 +210,8 @@ pub(crate) struct Short<T> {
 /// rounds.
 const AT_REST: f64 = 0.001;
 
-/// Share of the opposite currents caused by an error of the axis that may appear as equal currents, because a core has
-/// less inductance across the magnet while a vector along it saturates it.
+/// If the axis is wrong, opposite vectors have opposite currents across it. This share of these currents may appear as
+/// equal ones, because a core has less inductance across the magnet while a vector along it saturates it.
 pub(crate) const UNEVEN: f64 = 0.05;
 
 /// Largest ratio of the variance of a current vector's components with two sensors to that with three.

@@ -26,14 +26,14 @@ pub struct OpenTerminalSettings<T> {
     pub pulse: Nanos,
     /// Time for which all gates are off after the pulse.
     pub rest: Nanos,
-    /// Times that all six pulses are given.
+    /// Number of rounds of six pulses.
     pub rounds: u8,
     /// Interval between ADC samples.
     pub interval: Nanos,
     /// Time from the begin of a vector to the first used sample. Until then the terminals' capacitances have stopped
     /// ringing, and the dividers' filters have settled.
     pub settle: Nanos,
-    /// Times that a rest is repeated before giving up.
+    /// Largest number of repetitions of a rest; after these the detection fails.
     pub attempts: u16,
     /// Whether the dividers are compared on an all-high vector.
     pub comparison: bool,

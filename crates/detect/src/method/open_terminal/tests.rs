@@ -25,7 +25,7 @@ struct Motor {
     /// Constant speed in rad/s, and the speed that pulses along q add while both pulses of a pair are sampled.
     speed: f64,
     own: f64,
-    /// Pulses so far, and the way of the first one of the pair under way.
+    /// Pulses so far, and the direction of the first one of the present pair.
     pulses: u32,
     begins: f64,
 }
@@ -134,7 +134,7 @@ impl Motor {
 extern crate std;
 use std::vec::Vec;
 
-/// For a motor like that, without dead time and exact.
+/// Returns settings for a motor like that, without dead time and errors.
 fn settings() -> OpenTerminalSettings<f64> {
     let plate = Nameplate { dead_time: Nanos::ZERO, ..PLATE };
     OpenTerminalSettings { offset: 0.0, ..OpenTerminalSettings::suited(&plate) }

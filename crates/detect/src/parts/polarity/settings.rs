@@ -233,9 +233,10 @@ impl<T: Real> PolaritySettings<T> {
         }
     }
 
-    /// Returns the difference in A that a pole needs if a reading less its offset has this standard deviation in A. It is the
-    /// largest of the set least margin, four times what both ways may differ by, and four standard deviations of the difference, which are
-    /// exceeded once in 30,000 times in each direction. With one shunt in the link the offset is part of that deviation.
+    /// Returns the difference in A that a pole needs if a reading less its offset has this standard deviation in A. It
+    /// is the largest of `least_margin`, four times `uneven` of the current, and four standard deviations of the
+    /// difference, which are exceeded once in 30,000 times in each direction. With one shunt in the link the offset is
+    /// part of that deviation.
     pub(crate) fn needed_margin(&self, noise: T) -> T {
         let least = self.least_margin.max(T::of(4.0) * self.uneven * self.current);
         least.max(T::of(4.0) * self.deviation_of_difference(noise))

@@ -40,8 +40,9 @@ pub(super) fn time<T: Real>(drive: &Nameplate<T>) -> Nanos {
 }
 
 impl<T: Real> PulseTrainSettings<T> {
-    /// Returns the largest current with which the open terminal may still ring at the end of a pulse, as a share of the pulse's: the link steps
-    /// it by U/2, `i = (U/2) √(C/(1.5 L)) e^{−t/(2 Q τ)}` with τ = √(1.5 L C), while the line has U t/(2 L).
+    /// Returns the largest current with which the open terminal may still ring at the end of a pulse, as a share of the
+    /// pulse's current. A step of the potential by half of the link's voltage U starts the ringing: `i = (U/2) √(C/(1.5
+    /// L)) e^{−t/(2 Q τ)}` with τ = √(1.5 L C), while the line has U t/(2 L).
     pub(crate) fn rings(&self) -> T {
         let own = T::of(self.ringing.seconds() / (RUNG * 2.0 * QUALITY));
         let pulse = T::of(self.pulse.seconds());

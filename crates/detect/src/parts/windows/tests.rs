@@ -88,7 +88,8 @@ fn law_each_sample_lies_in_a_vector_of_one_leg_that_has_settled() {
     }
 }
 
-/// Γ in 1/H times V s of a salient motor that is turned by 25°, without resistance: A.
+/// Returns Γ, in 1/H, times an integral of voltage in V s: a current in A, of a salient motor turned by 25°, without
+/// resistance.
 fn gamma(of: AlphaBeta<f64>) -> AlphaBeta<f64> {
     let (sin, cos) = 50_f64.to_radians().sin_cos();
     let (mean, change) = (80.0, 20.0);
@@ -227,7 +228,7 @@ fn pair(
     [phases(of_legs, order).clarke(), middle, end]
 }
 
-/// Times are whole nanoseconds, three edges each way: A.
+/// Largest error in A because times are whole nanoseconds: three edges each way.
 const ROUNDING: f64 = 6e-9 * WINDOWS.dc_link * 100.0;
 
 /// Dead time delays the rises of legs whose current flows out of them and the falls of the others. Compensated at each
