@@ -18,8 +18,8 @@ pub enum RotorState {
     Free,
     /// Held by a brake with play.
     Braked(Play),
-    /// Turned by something that the motor cannot slow, at its initial speed or with a constant acceleration: a vehicle that rolls, a lift
-    /// that sinks, a gale.
+    /// Turned from outside, as by a rolling vehicle, a sinking lift or a fan in the wind: the motor's torque has no effect on the motion,
+    /// which follows [`Case::start_speed`] and [`Case::acceleration`].
     Driven,
 }
 
@@ -34,7 +34,7 @@ pub struct Play {
 }
 
 impl Play {
-    /// Returns the play of a motor's brake, with the rotor in its middle.
+    /// Returns the play of a motor's brake for a rotor that starts in the middle: half of the backlash on each side.
     ///
     /// ```
     /// use standstill_plant::built_in;
@@ -51,8 +51,8 @@ impl Play {
     }
 }
 
-/// Largest numerical error of one step. The tolerance is scaled to the change that a pulse makes, not to the flux of
-/// the magnet: a tolerance relative to 0.45 Wb would swamp the few mWb in which the polarity shows.
+/// Largest numerical error of one step. The tolerance is absolute and suits the few mWb by which a pulse's response
+/// differs between the two poles; a tolerance relative to the magnet's flux, some 0.45 Wb, would hide this difference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
     /// Tolerance of the flux in Wb, from which the tolerances of the other quantities follow.
@@ -66,7 +66,8 @@ impl Default for Tolerance {
     }
 }
 
-/// All inputs of one run: every random parameter is drawn already, and only the noise streams are left to chance.
+/// All inputs of one run. All parameters of the specimen are already drawn; only the noise and the jitter of the samples
+/// and the noise of the comparators are drawn during the run, from [`Case::streams`].
 ///
 /// ```
 /// use standstill_interface::{Command, Detector, Fault, Findings, Nanos, Outcome, Phase, Reading, Sampling, Stage, Step};
@@ -119,23 +120,23 @@ pub struct Case<'a> {
     pub start_angle: f64,
     /// Mechanical state of the rotor.
     pub rotor: RotorState,
-    /// Remanent magnetisation of the stator's iron from former operation: electrical angle in rad from the a-axis of
-    /// the direction in which the flux last changed by much. None: the iron is virgin. Ignored for iron without
+    /// Remanence of the stator's iron from earlier operation, given by the direction of the last large change of the flux:
+    /// electrical angle in rad from the a-axis. None: the iron has never been magnetised. Ignored for iron without
     /// hysteresis.
     pub memory: Option<f64>,
     /// Torque in N·m that the load exerts against forward motion; a hanging load keeps pulling at standstill.
     pub load_torque: f64,
     /// Initial speed of a rotor that is free or driven, in rad/s electrical.
     pub start_speed: f64,
-    /// Acceleration of a rotor that is driven, in rad/s² electrical: after a time t it is at `start_angle + start_speed t + acceleration t²/2`.
+    /// Acceleration of a driven rotor in rad/s² electrical: its angle at time t is `start_angle + start_speed t + acceleration t²/2`.
     pub acceleration: f64,
     /// Faults of wires, switches and sensors.
     pub faults: Faults,
-    /// Noise and jitter of the samples.
+    /// Random draws for the noise and the jitter of the samples and for the noise of the comparators.
     pub streams: Streams<'a>,
     /// Numerical tolerance.
     pub tolerance: Tolerance,
-    /// Longest time of a detection.
+    /// Longest time of a detection; a command that would end later ends the run with [`RunError::TimeLimit`].
     pub time_limit: Nanos,
 }
 
@@ -171,9 +172,9 @@ pub struct Work {
     pub derivatives: u64,
     /// Accepted integration steps.
     pub steps: u64,
-    /// Segments: stretches between two instants known beforehand.
+    /// Number of segments: intervals between two instants that are known beforehand, such as samples and ends of commands.
     pub segments: u64,
-    /// Changes of conduction or motion that were located within segments.
+    /// Number of events: changes of conduction, of motion and the like whose times had to be located within segments.
     pub events: u64,
 }
 
@@ -184,14 +185,15 @@ pub struct Place {
     pub time: Nanos,
     /// Conduction modes of the legs.
     pub modes: Modes,
-    /// Bits of the legs' currents in A, as `f32`: they are for people, and errors are compared.
+    /// Currents of the legs in A, each as the bits of an `f32`. The numbers are shown to people only; bits, unlike `f32`, can be
+    /// compared exactly ([`Eq`]).
     pub current: [u32; 3],
 }
 
 impl Place {
     /// Returns the place at a time in ns with these modes and these currents in A.
     pub(crate) fn new(time: f64, modes: Modes, current: [f64; 3]) -> Self {
-        // Seven digits suffice.
+        // The seven digits of single precision suffice for a message.
         #[allow(clippy::cast_possible_truncation)]
         let current = current.map(|current| (current as f32).to_bits());
         Self { time: Nanos::from_seconds(time * 1e-9), modes, current }
@@ -239,7 +241,7 @@ pub enum RunError {
     /// The state is finite, and no step from it was short enough to be accepted.
     #[error("no step of the simulation was short enough: the state changes too fast, {0}")]
     NoStep(Place),
-    /// A mode had ended before a step began, and no step however short located its end.
+    /// A conduction mode had ended before a step began, so that no step, however short, could locate the end.
     #[error("a conduction mode had ended before a step began: no step can be taken from there, {0}")]
     Stuck(Place),
     /// A comparator reported a current beyond the drive's trip level: all switches are off, and stay off.
@@ -254,8 +256,8 @@ pub enum RunError {
         current_ma[0] as f64 * 1e-3, current_ma[1] as f64 * 1e-3
     )]
     LeftMap {
-        /// Current of the magnetic core in mA along d and q at that instant, as its flux map counts it, whatever the
-        /// present temperature of the magnet.
+        /// Current of the magnetic core in mA along d and q at that instant, on the axes of the flux map. It contains the
+        /// current that stands for the magnet's change by temperature, so it may differ from the winding's current.
         current_ma: [i64; 2],
     },
 }
@@ -325,7 +327,7 @@ pub struct RunOf<E> {
     pub work: Work,
 }
 
-/// The result of one run.
+/// The result of one run of a detector whose numbers have the type `T`.
 pub type Run<T> = RunOf<Ended<T>>;
 
 /// A finished run without its detector's outcome: `ended` is the error that stopped the run, none if the detector was

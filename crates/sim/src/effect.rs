@@ -1,21 +1,22 @@
-//! Effects: the parts of the machines with their own state or their own equations, one file each.
+//! Effects: the parts of the machines that have their own state variables or their own equations, one file each.
 //!
 //! | effect | state | file |
 //! |---|---|---|
-//! | winding | flux ψ, by quadrature of the drop | `winding.rs` |
+//! | winding | flux ψ | `winding.rs` |
 //! | rotor | angle and speed | `rotor.rs` |
 //! | DC link | voltage of the capacitor | `link.rs` |
-//! | eddy currents | flux χ that lags behind | `eddies.rs` |
-//! | shorted turns | flux χ that lags behind in a phase | `shorted.rs` |
-//! | hysteresis | elastic flux of each play cell | `play.rs` |
+//! | eddy currents | flux χ, which follows ψ with a lag | `eddies.rs` |
+//! | shorted turns | flux χ along the phase's axis, which follows ψ with a lag | `shorted.rs` |
+//! | hysteresis | elastic flux ψ − π of each play cell, with its pinned flux π | `play.rs` |
 //! | terminals with a capacitance | potentials | `terminals.rs` |
 //!
 //! A step (`step/two_derivative.rs`) calls the effects in a fixed order and passes the quantities that couple them from
-//! one to the next. An effect is called by its type, and all its methods are `#[inline(always)]`: only then is it part
-//! of the step that is compiled for a width of registers. Bank, ledger, initial state at rest and the referee's slopes
-//! call all effects by the list `each_effect!` and name none.
+//! one to the next. It calls each effect by its concrete type, and all methods of an effect are `#[inline(always)]`: only
+//! then are they compiled together with the step for wide registers. Bank, ledger, initial state at rest and the
+//! referee's slopes do not name single effects but go through the list `each_effect!`.
 //!
-//! Hysteresis is a branch in parallel to the core. Code outside its files uses it only as [`Branch`].
+//! Hysteresis is a branch in parallel to the core: both have the same flux, and their currents add. Code outside the
+//! files of the play cells uses this branch by the name [`Branch`].
 
 mod context;
 pub mod eddies;
@@ -39,23 +40,24 @@ use crate::physics::state::State;
 use crate::step::error::Accuracy;
 use crate::step::two_derivative::Here;
 
-/// The branch in parallel to the core, in the stator's frame. Both have the winding's flux, and their currents add.
+/// The play cells of hysteresis as a branch in parallel to the core, in the stator's frame. Branch and core have the winding's
+/// flux, and their currents add.
 pub type Branch<V> = play::Cells<V>;
 
-/// Quantities of the branch over a step.
+/// Quantities of the parallel branch of play cells over a step.
 pub type BranchStep<V> = <Branch<V> as Effect<V>>::Step;
 
-/// State of the branch, kept apart from [`State`]: fluxes in Wb.
+/// State of the parallel branch, which [`State`] does not contain: one flux in Wb for each play cell.
 pub type BranchState<V> = [Plane<V>; MOST_CELLS];
 
-/// The branch at one flux.
+/// The parallel branch of play cells at one flux of the winding.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BranchPoint<V> {
     /// The branch's current in A.
     pub current: Plane<V>,
-    /// Slope of the branch's current over the flux, in 1/H: the branch's contribution to Γ.
+    /// Derivative of the branch's current by the flux, in 1/H: the branch's contribution to the inverse inductance Γ.
     pub stiffness: Symmetric<V>,
-    /// Elastic flux of each play cell in Wb.
+    /// Elastic flux of each play cell in Wb: the flux less the flux that the cell pins.
     pub elastic: BranchState<V>,
 }
 
@@ -84,13 +86,13 @@ macro_rules! each_effect {
 }
 pub(crate) use each_effect;
 
-/// A part of the machines with its own state or its own equations. Methods that work on several machines must be
-/// `#[inline(always)]`.
+/// A part of the machines with its own state variables or its own equations. Methods that compute all lanes at once must
+/// be `#[inline(always)]`.
 pub trait Effect<V: Wide> {
     /// Quantities of the effect over one step.
     type Step: Copy + Default;
 
-    /// Writes the effect's initial state for a case at rest, with this flux in Wb in the rotor's plane, into a lane.
+    /// Writes the effect's initial state for a case at rest into a lane of `state`; `flux`: flux linkage in Wb in the rotor's plane.
     fn rest(&self, _lane: usize, _case: &Case<'_>, _flux: Dq<f64>, _state: &mut State<V>) {}
 
     /// Writes the effect's predicted state at the end of the step into `there`.
@@ -109,13 +111,13 @@ pub trait Effect<V: Wide> {
         V::of(0.0)
     }
 
-    /// Returns the effect's quantities of a step between two known states; the referee uses them.
+    /// Returns the effect's quantities of a step whose both ends are known, as the referee's steps need them.
     #[inline(always)]
     fn between(&self, _end: &End<'_, '_, V>, _there: &Here<V>) -> Self::Step {
         Self::Step::default()
     }
 
-    /// Adds the time derivative of the effect's state, per second, for the referee.
+    /// Adds the time derivative of the effect's state variables, per second, to `slope`, for the referee.
     #[inline(always)]
     fn slope(&self, _legs: &Conducting<V>, _here: &Here<V>, _slope: &mut State<V>) {}
 
@@ -130,10 +132,10 @@ pub trait Effect<V: Wide> {
     /// Adds the energy in J that the effect stores to the energy balance.
     fn energy(&self, _moment: &Moment<'_, '_, V>, _stored: &mut Ledger) {}
 
-    /// Adds the effect's powers in W at a point within a step.
+    /// Adds the effect's powers in W at a point within a step to the accounts of the energy balance.
     fn power(&self, _moment: &Moment<'_, '_, V>, _span: &Span<'_, '_, V>, _powers: &mut Ledger) {}
 
-    /// Adds energies in J that the effect transfers instantaneously in a step.
+    /// Adds energies in J that the effect transfers over a whole step and that are not integrals of its powers.
     fn work(&self, _moment: &Moment<'_, '_, V>, _span: &Span<'_, '_, V>, _spent: &mut Ledger) {}
 }
 

@@ -57,7 +57,8 @@ pub struct Short {
 }
 
 impl Short {
-    /// Returns the leakage in H that the shorted turns have beyond their share of their phase's.
+    /// Returns the leakage inductance L_l in H of the shorted turns: the part of their own inductance that is not their share of the
+    /// winding's flux (formula in `effect/shorted.rs`).
     pub(crate) fn leakage(&self, motor: &Motor) -> f64 {
         let winding = &motor.winding;
         let phase = winding.mean_inductance + winding.leakage;
@@ -65,13 +66,13 @@ impl Short {
         self.share * self.share * (phase / (self.coupling * self.coupling) - 2.0 / 3.0 * mean)
     }
 
-    /// Returns the time constant in s with which the current of the shorted turns settles while the flux of their phase is held.
+    /// Returns the time constant in s with which the current of the shorted turns settles while the flux of their phase is constant.
     pub fn time_constant(&self, motor: &Motor) -> f64 {
         self.leakage(motor) / (self.share * motor.resistance + self.resistance)
     }
 
-    /// Returns the resistance in Ω with which these turns of a motor settle with the time constant `constant` in s; negative if they
-    /// settle faster without any.
+    /// Returns the resistance of the fault in Ω that gives the shorted turns of a motor the time constant `constant` in s; negative if
+    /// their time constant is shorter than that even without a resistance.
     pub fn resistance_of(&self, motor: &Motor, constant: f64) -> f64 {
         self.leakage(motor) / constant - self.share * motor.resistance
     }
@@ -272,7 +273,7 @@ impl Faults {
             .fold(1.0, f64::min)
     }
 
-    /// Returns the shorted turns at a time in ns, with their phase; none if there are none.
+    /// Returns the phase (0 for a) and the data of the turns that are shorted at a time in ns; none if no turns are shorted.
     pub(crate) fn short(&self, time: f64) -> Option<(usize, Short)> {
         self.at(time)
             .find_map(|broken| if let Broken::Shorted(k, short) = broken { Some((k, short)) } else { None })
@@ -283,7 +284,7 @@ impl Faults {
         self.iter().any(|fault| matches!(fault.broken, Broken::Shorted(..)))
     }
 
-    /// Returns the phase that each leg feeds.
+    /// Returns the number of the phase that each leg feeds: [0, 1, 2] unless wires are exchanged.
     pub(crate) fn wires(&self) -> [usize; 3] {
         let exchanged = self.iter().find_map(|fault| match fault.broken {
             Broken::Wires(wires) => Some(wires),
@@ -314,7 +315,7 @@ impl Faults {
         self.iter().any(|fault| matches!(fault.broken, Broken::Wire(k) | Broken::Switch(k, _) if k == leg))
     }
 
-    /// Returns which wires are open at a time in ns.
+    /// Returns for each leg whether its wire is open at a time in ns.
     pub(crate) fn open(&self, time: f64) -> [bool; 3] {
         let mut open = [false; 3];
         for broken in self.at(time) {
@@ -325,7 +326,7 @@ impl Faults {
         open
     }
 
-    /// Returns the resistance in Ω of each wire's contacts at a time in ns.
+    /// Returns the added series resistance in Ω of each phase at a time in ns ([`Broken::Contact`]).
     pub(crate) fn contacts(&self, time: f64) -> [f64; 3] {
         let mut contacts = [0.0; 3];
         for broken in self.at(time) {

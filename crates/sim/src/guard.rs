@@ -1,4 +1,5 @@
-//! Guards: conditions that end a smooth stretch of a run, for several machines side by side.
+//! Guards: conditions that end a mode, for several machines side by side. A mode is a state in which the solution is
+//! smooth: which devices conduct, whether the rotor slides or rests, and the like.
 
 mod comparators;
 mod flux;
@@ -15,7 +16,7 @@ use crate::sensing::Input;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Here;
 
-/// A condition that ends a mode, and with it a smooth stretch of a run.
+/// A condition that ends a mode, and with it the time over which the solution is smooth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Guard {
     /// The current of a leg reaches zero, or the potential of a terminal with a capacitance reaches a rail.
@@ -30,7 +31,7 @@ pub enum Guard {
     Domain,
     /// ψ_d (0) or ψ_q (1) crosses zero, where the core has a kink.
     Kink(usize),
-    /// A play cell begins or ceases to slide; each step finds the cells' modes anew.
+    /// A play cell of the iron begins or ceases to slide; the next step finds anew which cells slide.
     Branch,
     /// The current at a comparator reaches its level.
     Trip(Input),
@@ -61,34 +62,34 @@ impl<V: Wide> PerGuard<V> {
     }
 }
 
-/// Bounds whose crossing ends a smooth stretch of a run. A bound that cannot be crossed is infinitely far away.
+/// Bounds whose crossing ends a mode. A bound that cannot be crossed is infinitely far away.
 #[derive(Clone, Debug)]
 pub struct Bounds<V: Wide> {
     /// Coefficients of the margin of the motion: a constant, and factors of the speed in rad/s, of the torque in N·m,
-    /// and of the magnitude of the torque less the load.
+    /// and of the magnitude of the difference of torque and load in N·m.
     pub motion: [V; 4],
     /// Angles in rad of the brake's stops, backwards and forwards from the initial position.
     pub stops: [V; 2],
-    /// For ψ_d and ψ_q: the sign (+1 or −1) that the flux has now if the core has a kink at zero, else 0; and a
-    /// constant added to the margin, infinite without a kink.
+    /// For ψ_d and ψ_q: factor and constant of the margin, `factor · ψ + constant`. If the core has a kink at zero, the factor is
+    /// the present sign of the flux (+1 or −1) and the constant zero; else the factor is zero and the constant infinite.
     pub sides: Option<[[V; 2]; 2]>,
     /// Slack: distance below zero at which each margin counts as crossed.
     pub slack: PerGuard<V>,
-    /// Magnitude of a current in A below which it may be set to zero where its mode ends.
+    /// Largest magnitude in A of a current that may be set to zero when its leg's conduction mode ends.
     pub ended: V,
     /// Levels of the comparators, on drives with comparators.
     pub levels: Option<Levels<V>>,
 }
 
-/// Distances of the modes from their ends; negative once the end is passed. Leg: the current in A in the direction of
+/// Distance of each mode from its end; negative after the end. Leg: the current in A in the direction of
 /// its mode, infinite for a blocked leg; for a floating terminal with a capacitance, the distance in V of its potential
 /// from the nearer bound. Blocked: the distance in V of the blocked leg's potential from the nearer bound. Motion in
 /// N·m or rad/s, stop in rad, domain in A, kink in Wb.
 pub type Margins<V> = PerGuard<V>;
 
 impl<V: Wide> Bounds<V> {
-    /// Makes bounds that cannot be crossed; `kinks`: whether cores have kinks, `comparators`: whether drives have
-    /// comparators.
+    /// Makes bounds that cannot be crossed; `kinks`: whether the cores have kinks at zero flux, `comparators`: whether the
+    /// drives have comparators.
     pub fn new(kinks: bool, comparators: bool) -> Self {
         let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
         Self {
@@ -151,7 +152,8 @@ impl First {
     }
 }
 
-/// Returns a margin over the step as a straight line, for margins whose slopes are unknown.
+/// Returns the straight line between a margin's values at the begin and the end of a step, for margins whose slopes are unknown. A
+/// negative value at the begin counts as zero.
 fn straight(begin: f64, end: f64) -> Cubic<f64> {
     Cubic { value: [begin.max(0.0), end], slope: [end - begin.max(0.0); 2] }
 }

@@ -7,7 +7,8 @@
 //!   run 7  ─┘                                    └─ …        a run that is over makes room for the next
 //! ```
 //! Each run steps to its own next instant. Its results do not depend on its neighbours: multiplication and addition are
-//! not fused, and no branch depends on values that differ between machines of one kind.
+//! not fused, and machines of one kind (the same form of equations) pass the same branches of the code whatever their
+//! values.
 
 pub mod bank;
 pub mod driven;
@@ -40,7 +41,7 @@ trait Host<'a> {
     fn over(&mut self, lane: usize, finished: Finished);
 }
 
-/// A detector as a closure: returns a command after readings; `None` if it is done.
+/// A detector as a closure: returns the next command after the readings of the last one; `None` if the detector is done.
 type Orders<'d> = dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>> + 'd;
 
 /// Continues a run until it needs a step, or to its end.
@@ -112,7 +113,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
         finished
     }
 
-    /// Puts cases into a lane, one after the other, until one of them needs a step.
+    /// Begins the next cases in a lane, one after the other, until one of them needs a step.
     fn fill(&mut self, lane: usize, host: &mut dyn Host<'a>) {
         let mut room = self.lanes[lane].take().map_or_else(Room::default, Control::into_room);
         while let Some(case) = host.next(lane) {
@@ -130,7 +131,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
         }
     }
 
-    /// Takes a step of all lanes and continues their runs. Returns the lanes whose runs have ended, as bits.
+    /// Takes one step of all lanes and continues their runs. Returns the lanes whose runs have ended, as a bit mask.
     fn turn(&mut self, host: &mut dyn Host<'a>) -> u32 {
         let mut over = 0;
         self.bank.step();
@@ -168,7 +169,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
                 host.over(lane, finished);
             }
         }
-        // Those who arrived have seen to it.
+        // Runs that arrived at an instant have already set the legs' next requests.
         for (k, carried_out) in carried_out.into_iter().enumerate() {
             for lane in lanes_of(carried_out & !(arrived | broken)) {
                 if let Some(control) = &mut self.lanes[lane] {
@@ -180,7 +181,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
     }
 }
 
-/// Returns the numbers of the bits that are set.
+/// Returns the numbers of the set bits of a lane mask, in ascending order.
 fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let lane = bits.trailing_zeros() as usize;
@@ -215,7 +216,7 @@ pub fn referee<T: Real, D: Detector<T> + ?Sized>(
     by(case, detector, ledger, probe, true)
 }
 
-/// Carries out one run of a detector; `refereed`: whether the referee takes the steps instead of the engine.
+/// Carries out one run of a detector; `refereed`: whether the steps are the referee's instead of the engine's.
 fn by<T: Real, D: Detector<T> + ?Sized>(
     case: &Case,
     detector: &mut D,
@@ -269,7 +270,7 @@ pub fn run_side_by_side_in<'a, T: Real, D: Detector<T>>(
 
 /// Carries out all runs of a host, side by side.
 fn all(most: Width, host: &mut dyn Host<'_>) {
-    // The first decides of what kind the bank is, and has the first lane.
+    // The first case determines the kind of machines in the bank, and takes lane 0.
     if let Some(first) = host.next(0) {
         on_widest(most, Work { first, host });
     }

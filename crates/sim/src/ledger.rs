@@ -41,11 +41,11 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Adds another balance, times a factor.
+    /// Adds another balance, multiplied by a factor, to this one.
     pub(crate) fn add(&mut self, of: &Self, times: f64) {
         macro_rules! each {
             ($($account:ident)*) => {{
-                // Every account: a new one is an error here.
+                // A field that is missing in the list below is a compile error here.
                 let Self { $($account),* } = self;
                 $(*$account += times * of.$account;)*
             }};
@@ -57,14 +57,15 @@ impl Ledger {
         );
     }
 
-    /// Accounts for a device that charged a terminal: its rail gave `given` in J from the source, of which the terminal stored `kept`.
+    /// Accounts for a device that charged the capacitance of a terminal. The source gave the energy `given` in J through the device's
+    /// rail; the capacitance stored `kept` in J of it, and the device lost the rest.
     pub(crate) fn charge(&mut self, given: f64, kept: f64) {
         self.source += given;
         self.device_loss += given - kept;
     }
 
-    /// Accounts for terminals of this capacitance in F that devices charged at once. Their energy comes from the link's capacitor
-    /// where there is one.
+    /// Accounts for terminals, each with this capacitance in F, that devices charged at one instant. The energy comes from the link's
+    /// capacitor if there is one, else from the source.
     pub(crate) fn join(&mut self, before: &Joined, after: &Settled, capacitance: f64) {
         for (k, (to, from)) in after.potential.into_iter().zip(before.potential).enumerate() {
             let charge = capacitance * (to - from);

@@ -78,7 +78,7 @@ pub use sensing::{
 pub use streams::{Draws, Purpose, Streams, Tape};
 pub use trace::{ComparatorState, Event, Health, NoProbe, Own, Probe, Snapshot, Trace};
 
-// What the sister crates need of each other.
+// Items for the other crates of this workspace only.
 #[doc(hidden)]
 pub use lanes::run_side_by_side_in;
 #[doc(hidden)]

@@ -1,4 +1,4 @@
-//! The equations of motor, legs and link, of several machines side by side.
+//! The equations of motor, legs and link, for several machines side by side: one in each lane of wide registers.
 
 pub mod gates;
 pub mod legs;

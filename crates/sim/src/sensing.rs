@@ -30,20 +30,21 @@ use crate::{Purpose, Streams};
 choice! {
     /// Where the current sensors sit.
     pub enum Arrangement {
-        /// One in each phase.
+        /// One sensor in each phase.
         ThreeInLine = "three-in-line",
-        /// In phases a and b; c follows from the sum.
+        /// Sensors in phases a and b; the current of phase c is minus their sum.
         TwoInLine = "two-in-line",
-        /// A shunt below each leg, which sees the leg only while its lower device conducts. A leg whose upper switch
-        /// is on is derived from the other two; if two or more are, they are hidden. A leg with both switches off
-        /// shows only current that its lower diode carries into the motor: current out of the motor, through the
-        /// upper diode, reads as zero.
+        /// A shunt below each leg, which carries the leg's current only while the leg's lower device conducts. The current of
+        /// a leg whose upper switch is on is derived from the other two legs; if two or more upper switches are on, the
+        /// currents of their legs are hidden. With both switches off, a current into the motor, through the lower
+        /// diode, is read; a current out of the motor, through the upper diode, reads as zero.
         LowSideShunts = "low-side-shunts",
-        /// One shunt between link capacitor and bridge. Its current is that of the legs whose upper device conducts: of the leg
-        /// that alone is high, or of the leg that alone is low with the opposite sign. What diodes return to the link after all
-        /// switches have opened is negative; while all legs are low or all high there is none.
+        /// One shunt between link capacitor and bridge. It carries the sum of the currents of the legs whose upper device
+        /// conducts: the current of the only leg that is high, or minus the current of the only leg that is low. After
+        /// all switches have opened, diodes return current to the link, which is negative in the shunt. While all legs
+        /// are low or all are high, the shunt carries no current.
         DcLinkShunt = "dc-link-shunt",
-        /// There are none: no current is read.
+        /// No current sensors: no current is read.
         None = "none",
     }
 }
@@ -94,7 +95,8 @@ pub struct TerminalSensor {
     /// The converters; none: exact.
     pub adc: Option<Adc>,
     /// Resistance in Ω of each divider, which pulls an idle terminal to the negative rail; none: the dividers draw no
-    /// current. It discharges terminals with a capacitance C, which must ring: |R_t/L − 1/(R C)| < 2/√(L C).
+    /// current. It discharges a terminal's capacitance C, if there is one; the terminal's oscillation with the winding must stay
+    /// underdamped: |R_t/L − 1/(R C)| < 2/√(L C), with L the winding's inductance and R_t its resistance at that frequency.
     pub resistance: Option<f64>,
 }
 
@@ -104,7 +106,7 @@ impl TerminalSensor {
         Self { gain_error: 0.0, offset: 0.0, noise: 0.0, bandwidth: None, adc: None, resistance: None };
 }
 
-/// The resolver, whose reading serves as the "measured angle".
+/// The resolver: an angle sensor whose reading serves as the "measured angle" with which a result is compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Resolver {
     /// Standard deviation of the resolver's error in rad electrical.
@@ -138,10 +140,10 @@ pub struct SensorSettings {
     pub acquisition: f64,
     /// The current sensors' converter; none: exact.
     pub adc: Option<Adc>,
-    /// Skew: the converter takes phase a together with the DC link, then phase b and phase c, each this much later than
-    /// the one before. Conversions that would fall after the end of the command are taken at its end.
+    /// Skew: the converter takes phase a together with the DC link, then phase b and then phase c, each this time after
+    /// the conversion before. Conversions that would fall after the end of the command are taken at its end.
     pub skew: Nanos,
-    /// Number of conversions of each sample. The reading is their mean; the code counts their sum.
+    /// Number of conversions of each sample. The reading's value is the mean of the conversions; its code is the sum of their codes.
     pub oversampling: u8,
     /// Time between successive conversions of a channel within a sample; at least twice `skew`. Conversions that would
     /// fall after the end of the command are taken at its end.
@@ -151,7 +153,7 @@ pub struct SensorSettings {
     /// Jitter: largest deviation of each ADC trigger, uniformly distributed in both directions; a sample never leaves
     /// its command.
     pub jitter: Nanos,
-    /// Delay of all triggers; a sample never leaves its command.
+    /// Delay of all ADC triggers against their commanded times; a sample never leaves its command.
     pub sample_delay: Nanos,
     /// Settling time of a shunt's amplifier that the drive assumes: the reading of a shunt is hidden until the dead
     /// time and this time have passed since the last request to its leg, or to any leg for the shunt in the DC link.
@@ -173,7 +175,8 @@ impl SensorSettings {
         self.slew > 0.0 && self.arrangement.follows_legs()
     }
 
-    /// Returns whether filters follow the dividers of terminals with a capacitance, where `capacitive`. Others jump with the gates.
+    /// Returns whether the dividers have filters and the terminals have a capacitance (`capacitive`), so that the filters' inputs are
+    /// continuous. The potentials of terminals without a capacitance jump with the gates.
     pub fn divides(&self, capacitive: bool) -> bool {
         capacitive && self.terminal.is_some_and(|of| of.bandwidth.is_some())
     }
@@ -204,10 +207,10 @@ impl SensorSettings {
         }
     }
 
-    /// Draws the corner frequencies of a specimen as shares of the nominal one.
+    /// Draws the corner frequencies of a specimen's three phase sensors, as shares of the nominal corner frequency.
     fn corners(&self, streams: Streams) -> [f64; 3] {
         let (common, own) = (self.bandwidth_tolerance, self.bandwidth_mismatch);
-        // Sensors that are all alike draw nothing.
+        // Sensors without tolerances take no draws.
         if self.bandwidth.is_none() || common == 0.0 && own == 0.0 {
             return [1.0; 3];
         }
@@ -256,11 +259,10 @@ impl SensorSettings {
     };
 }
 
-/// One specimen's sensors: the settings, and the errors drawn from them.
+/// The sensors of one specimen (one drive): the settings of its type, and the errors drawn from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensors {
-    /// Settings from which the errors were drawn. Noise, jitter and conversion are applied to each sample according to
-    /// them.
+    /// Settings from which the errors were drawn. They also determine noise, jitter and conversion of each sample.
     pub settings: SensorSettings,
     /// Gains of the phases' sensors.
     pub gain: [f64; 3],

@@ -1,4 +1,4 @@
-//! Integration methods for one step of several machines side by side.
+//! Integration methods for one time step of several machines side by side.
 
 pub mod dense;
 pub mod dormand_prince;

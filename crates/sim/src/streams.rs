@@ -1,4 +1,4 @@
-//! Random numbers: numbered draws for each trial and purpose, from a seed or from a tape.
+//! Random numbers: numbered draws for each trial and purpose, computed from a seed or read from a tape.
 
 mod draws;
 mod normal;
@@ -14,8 +14,8 @@ pub use tape::{Strip, Tape};
 /// The purpose of a random number. Each purpose has its own draws, so that a new source of error does not shift the
 /// draws of the others, and two methods on the same trial have the same errors.
 ///
-/// The discriminant of a purpose is the position of its first draws. Purposes that are drawn together are neighbours in
-/// groups of four, because the generator computes four blocks at once.
+/// The discriminant of a purpose is the number of the generator's block with its first draws. Purposes that are drawn
+/// together are neighbours in groups of four, because the generator computes four blocks at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Purpose {
     /// The rotor's angle.
@@ -42,13 +42,13 @@ pub enum Purpose {
     Jitter = 10,
     /// Corner frequencies of the current sensors: draw 0 applies to all phases, draws 1 to 3 to one phase each.
     Bandwidth = 11,
-    /// Values of keys with a tolerance, under the name of each key.
+    /// Values of a scenario's keys that have a tolerance; each key has its own draws, under its name.
     Tolerance = 12,
     /// The order of a Latin hypercube.
     Design = 13,
     /// The seed given to an external detector.
     Detector = 14,
-    /// Direction of the iron's last magnetisation.
+    /// Direction in which the stator's iron was last magnetised.
     Memory = 15,
     /// Gain errors of the dividers at the terminals.
     TerminalGain = 20,
@@ -70,8 +70,8 @@ pub enum Purpose {
 
 /// The random draws of one trial: from its seed, or from a [`Tape`].
 ///
-/// Draw n of a purpose depends on seed, trial, purpose and n alone. It does not matter which other draws were taken
-/// before, of which kind, or how many at once.
+/// Draw n of a purpose depends on seed, trial, purpose and n alone. It does not depend on other draws: neither on their
+/// number and distribution nor on how many were computed together.
 ///
 /// ```
 /// use standstill_sim::{Purpose, Streams, Tape};
@@ -94,7 +94,7 @@ pub struct Streams<'t> {
 }
 
 impl<'t> Streams<'t> {
-    /// Makes the draws of trial `index` under `seed`.
+    /// Makes the draws of the trial with number `index` from a seed.
     pub fn new(seed: u64, index: u64) -> Self {
         Self { source: Source::new(seed, index), tape: None }
     }
@@ -115,8 +115,8 @@ impl<'t> Streams<'t> {
         self.open_named(purpose, "")
     }
 
-    /// Opens the draws of at most four successive purposes, and computes the first draws of all of them at once. The
-    /// generator would need as long for a single purpose.
+    /// Opens the draws of at most four successive purposes, and computes the first draws of all of them at once, in the
+    /// time that the generator would need for a single purpose.
     ///
     /// # Panics
     /// If the discriminants of the purposes are not successive.

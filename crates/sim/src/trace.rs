@@ -81,9 +81,9 @@ impl Snapshot {
         (0..3).filter(|k| self.modes[*k].is_upper()).map(|k| self.current[k]).sum()
     }
 
-    /// Returns the currents in A of each leg's devices, positive towards the motor. The value is zero for a leg in
-    /// which no device conducts: its phase current, if there is one, charges the terminal's capacitance. The current
-    /// that charges a terminal following its device's potential is left out.
+    /// Returns the current in A of each leg's devices, positive towards the motor. The value is zero for a leg in
+    /// which no device conducts: its phase current, if there is one, charges the terminal's capacitance. For a conducting
+    /// leg the value is the phase current, without the small current that charges the terminal's capacitance.
     ///
     /// ```
     /// use standstill_inverter::Conduction::{Blocked, LowerSwitch, UpperSwitch};
@@ -140,10 +140,10 @@ pub enum Event {
 
 /// An observer that receives snapshots and events of a run.
 pub trait Probe {
-    /// Returns the longest time in s between two snapshots; none if the observer takes no snapshots, which then cost no
-    /// time.
+    /// Returns the longest time in s between two snapshots; none if the observer needs no snapshots, so that the run does
+    /// not compute any.
     fn resolution(&self) -> Option<f64>;
-    /// Returns whether the observer looks at anything; one that does not costs no time.
+    /// Returns whether the observer uses snapshots or events. If not, the run does not prepare them and takes no longer.
     fn watches(&self) -> bool {
         true
     }
@@ -213,7 +213,7 @@ impl Probe for Trace {
     }
 
     fn snapshot(&mut self, snapshot: &Snapshot) {
-        // An instant at which nothing changed, such as a sample, would only repeat itself.
+        // Two equal snapshots in a row, as at a sample, count as one.
         if self.snapshots.last() != Some(snapshot) {
             self.snapshots.push(*snapshot);
         }

@@ -1,4 +1,4 @@
-//! Machines side by side: each steps to its own next instant or to the end of one of its modes.
+//! Machines side by side: each steps to its own next instant, or to the end of one of its modes if that is earlier.
 
 mod stepping;
 
@@ -62,7 +62,7 @@ pub struct Schedule<V> {
     pub expected: V,
     /// Leg of the terminal that is expected to reach its bound at `expected`.
     pub carried: [usize; MOST_LANES],
-    /// A bit for each machine that had an expected time when the conduction of its legs last changed.
+    /// A bit for each machine for which an `expected` time was set when the conduction of its legs last changed.
     pub swept: u32,
 }
 
@@ -103,8 +103,8 @@ pub struct Outcome<V: Wide> {
     pub begin_branch: Option<Branch<V>>,
     /// The last attempted step.
     pub tried: Tried<V>,
-    /// Result of the last step. Each field is read by itself: a wide load of values that were stored in small pieces
-    /// would have to wait for all stores before it.
+    /// Result of the last step. Its fields are read one by one: a wide load of fields that were stored singly would have to wait
+    /// for all these stores.
     pub served: Served,
 }
 
@@ -117,9 +117,9 @@ pub struct Served {
     pub arrived: u32,
     /// Machines in which a blocked leg's potential was out of its bounds before the step.
     pub out_of_bounds: u32,
-    /// Machines that change too fast for any step, or have values that are not numbers.
+    /// Machines that cannot go on: no step is short enough, too many steps in a row were rejected, or values are not numbers.
     pub broken: u32,
-    /// Broken machines that steps could follow, but that every step takes beyond the end of a mode.
+    /// Machines among the broken ones whose steps are exact enough, but pass the end of a mode however short they are.
     pub stuck: u32,
     /// For each leg, machines whose request has been carried out, so that they need the next one.
     pub carried_out: [u32; 3],
@@ -199,14 +199,14 @@ impl<'a, V: Wide> Bank<'a, V> {
         }
     }
 
-    /// Advances the sensors of a lane by `h` seconds in which nothing happens.
+    /// Advances the filters and the pick-up of a lane's sensors by `h` seconds without current and without gate edges.
     pub fn rest_sensors(&mut self, lane: usize, h: f64) {
         if self.sensed.is_some() {
             V::compute(RestOf(self, 1 << lane, h));
         }
     }
 
-    /// Returns the error of a machine that cannot step.
+    /// Returns the reason why a machine cannot step, as the error that ends its run.
     pub fn why_broken(&self, lane: usize) -> RunError {
         let place = self.place(lane);
         let (state, current) = (&self.here.state, self.here.at.current.get(lane));
@@ -220,14 +220,14 @@ impl<'a, V: Wide> Bank<'a, V> {
         }
     }
 
-    /// Returns where a machine is, for the error of a run that cannot go on.
+    /// Returns time, conduction modes and currents of a machine, for the message of an error.
     pub fn place(&self, lane: usize) -> Place {
         let (legs, time) = (&self.machine.legs, self.here.time.get(lane));
         let current = self.here.at.current.get(lane);
         Place::new(time, legs.modes(lane, time), legs.axes.each_ref().map(|axis| axis.get(lane).dot(current)))
     }
 
-    /// Evaluates a machine again at its present state.
+    /// Computes the operating point of a machine anew from its present state.
     pub fn look(&mut self, lane: usize) {
         V::compute(LookAt(self, 1 << lane));
     }
@@ -245,7 +245,7 @@ impl<'a, V: Wide> Bank<'a, V> {
     }
 }
 
-/// Evaluation of the selected machines (`u32`: lane mask) at their states.
+/// New computation of the operating points of the selected machines (`u32`: lane mask) from their states.
 struct LookAt<'b, 'a, V: Wide>(&'b mut Bank<'a, V>, u32);
 
 impl<V: Wide> Compute for LookAt<'_, '_, V> {
@@ -281,7 +281,7 @@ impl<V: Wide> Compute for RestOf<'_, '_, V> {
     }
 }
 
-/// Evaluation of the machines at a point within a step.
+/// Computation of the machines' states at a point within a step.
 struct There<'b, 'a, V: Wide>(Span<'b, 'a, V>);
 
 impl<V: Wide> Compute for There<'_, '_, V> {

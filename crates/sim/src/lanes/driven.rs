@@ -1,4 +1,4 @@
-//! One machine that carries out one command after the other.
+//! One machine that carries out the commands of its caller, one after the other.
 
 use standstill_interface::{Abc, Command, Nanos, Reading, Sampling, Stage};
 use standstill_inverter::DcLink;
@@ -11,9 +11,9 @@ use crate::physics::plane::Plane;
 use crate::sensing::{SensorSettings, Sensors};
 use crate::trace::{Probe, Snapshot};
 
-/// A machine, initially at rest, to which the caller gives commands. It serves programs that do not call a detector but
-/// are called themselves, such as a co-simulation. A copy continues independently, with the same bits after the same
-/// commands.
+/// A machine, initially at rest, to which the caller gives commands. It is meant for programs in which no detector decides but
+/// a caller, such as a co-simulation. A copy continues independently; after the same commands its results are the same bit by
+/// bit.
 ///
 /// ```
 /// use standstill_interface::{Command, Nanos, Phase, Sampling, Stage};
@@ -120,7 +120,7 @@ impl<'a> Driven<'a> {
                 want = control.resume(bank, out_of_bounds != 0);
                 continue;
             }
-            // Who arrived has seen to it.
+            // A run that arrived at an instant has already set the legs' next requests.
             for (k, carried_out) in carried_out.into_iter().enumerate() {
                 if carried_out != 0 {
                     control.carry_out(bank, k);
@@ -148,7 +148,7 @@ impl<'a> Driven<'a> {
         self.control.readings()
     }
 
-    /// Returns the present state of the machine, without the sensors.
+    /// Returns the true present state of the machine, without the errors of its sensors.
     pub fn now(&self) -> Snapshot {
         self.control.now(&self.bank)
     }

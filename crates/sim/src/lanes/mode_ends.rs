@@ -46,8 +46,8 @@ impl<V: Wide> Bank<'_, V> {
         let plan = &mut self.schedule;
         plan.mode_end.put(lane, end);
         plan.to_mode_end |= 1 << lane;
-        // The potential of a terminal may rise by more than what is near to its bound in the shortest time that is a number. That of a
-        // blocked leg jumps where a step evaluates the core anew, by what the prediction of the step before missed.
+        // Between two neighbouring representable times, a terminal's potential may pass its bound by more than the tolerance. A blocked
+        // leg's potential jumps where a step evaluates the core anew, by the error of the previous step's prediction.
         let jumps = self.machine.legs.elastance.is_some() || guard == Some(Guard::Blocked);
         let nearest = end >= to && guard.is_some() && jumps;
         plan.nearest = plan.nearest & !(1 << lane) | u32::from(nearest) << lane;

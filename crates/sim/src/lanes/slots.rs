@@ -1,4 +1,4 @@
-//! Detectors of the runs in the lanes, for any type of detector and any numeric type.
+//! The detectors of the runs in the lanes: any type of detector with numbers of any type.
 
 use standstill_interface::{Abc, Command, Detector, Leg, Outcome, Reading, Real, Stage, Step};
 use standstill_numeric::MOST_LANES;
@@ -39,7 +39,7 @@ impl<T: Real> Adapter<T> {
         }
     }
 
-    /// Returns the complete result of a finished run of a detector, and frees the adapter for the next run.
+    /// Adds the detector's outcome to a finished run and returns the complete result. The adapter is then ready for the next run.
     pub fn run<D: Detector<T> + ?Sized>(&mut self, finished: Finished, detector: Option<&mut D>) -> Run<T> {
         if let (Some(RunError::TimeLimit(limit)), Some(detector)) = (finished.ended, detector)
             && let Some(outcome) = detector.overdue(limit)
@@ -55,7 +55,7 @@ impl<T: Real> Adapter<T> {
     }
 }
 
-/// Cases, each with its detector, in their lanes.
+/// The remaining cases with their detectors, and the cases that run in the lanes at present.
 pub struct Slots<T: Real, D, C, F> {
     cases: C,
     done: F,

@@ -1,4 +1,4 @@
-//! The gates of several inverters side by side, encoded as numbers.
+//! The gates of several inverters side by side: times and bit masks that are evaluated for all lanes at once.
 //!
 //! A request turns both switches of a leg off at once, and the requested one on after the dead time. Each leg stores
 //! two requests: `from`, which is being carried out, and `to`, the pending one:
@@ -17,10 +17,10 @@
 use standstill_inverter::Gate;
 use standstill_numeric::{Mask, Wide};
 
-/// A time in ns after all instants.
+/// A time in ns that never comes.
 pub const NEVER: f64 = f64::INFINITY;
 
-/// Whether the upper or the lower switch of a leg is on: a bit mask of the machines for each switch.
+/// The switches of a leg that are on: for each switch a mask with one bit per machine.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct On<M = u32> {
     /// The upper switch.
@@ -64,19 +64,21 @@ impl<M: Mask> On<M> {
 /// The gates of one leg of each machine. Times in ns.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LegGates<V> {
-    /// Time from which the gate is `from`, unless the gate changes before.
+    /// Time from which the gate is `from`, until `off`.
     done: V,
-    /// Time at which the next request turns both switches off; the field after it is the time at which the requested
-    /// switch turns on.
+    /// Time at which the pending request turns both switches off.
     off: V,
+    /// Time at which the pending request turns its own switch on.
     on: V,
+    /// Gate of the request that is being carried out.
     from: On,
+    /// Gate of the pending request.
     to: On,
-    /// Duration from a request for the upper switch to the next request for the lower switch. The two fields after it:
-    /// duration from a request for the lower switch to the next one for the upper, and duration from turn-off to
-    /// turn-on.
+    /// Duration from a request for the upper switch to the next request for the lower switch.
     high_for: V,
+    /// Duration from a request for the lower switch to the next request for the upper switch.
     low_for: V,
+    /// Duration from a request's turn-off to the turn-on of its switch.
     dead: V,
     /// Latest turn-off time of an alternating request.
     alternates_until: V,
@@ -103,7 +105,7 @@ impl<V: Wide> LegGates<V> {
         gates
     }
 
-    /// Makes the requests after the pending one alternate.
+    /// Lets the requests after the pending one of a lane alternate between upper and lower switch, with these intervals.
     pub fn alternate(&mut self, lane: usize, by: Alternation) {
         self.high_for.put(lane, by.high_for);
         self.low_for.put(lane, by.low_for);
@@ -159,13 +161,13 @@ impl<V: Wide> LegGates<V> {
         (self.to.of(lane) != Gate::Off).then(|| self.on.get(lane))
     }
 
-    /// Cancels the turn-on of the pending request, because the request after it turns the leg off before.
+    /// Cancels the turn-on of the pending request, because the next request turns the leg off before that time.
     pub fn lose(&mut self, lane: usize) {
         let off = self.off.get(lane);
         self.expect(lane, Some((off, off, Gate::Off)));
     }
 
-    /// Sets the gate that is being turned on, and its turn-on time in ns.
+    /// Replaces the request that is being carried out: its turn-on time in ns, and its gate.
     pub fn put_under_way(&mut self, lane: usize, (on, gate): (f64, Gate)) {
         self.done.put(lane, if gate == Gate::Off { -NEVER } else { on });
         self.from.put(lane, gate);
@@ -199,8 +201,9 @@ impl<V: Wide> LegGates<V> {
         }
     }
 
-    /// Returns the next edge after times in ns that may affect a leg whose current has these directions; `both`:
-    /// whether its switches conduct in both directions. Some of these edges change nothing, but none is missed.
+    /// Returns the time in ns of the next edge after `time` that may affect a leg whose current has these directions; `both`:
+    /// whether its switches conduct in both directions. An edge that it returns may have no effect, but no edge with an effect
+    /// is left out.
     #[inline(always)]
     pub fn next_edge(&self, time: V, out: V::Mask, into: V::Mask, both: V::Mask) -> V {
         let from = self.from.masks::<V::Mask>().matter(out, into, both);
@@ -208,8 +211,8 @@ impl<V: Wide> LegGates<V> {
         V::choose(from & self.done.above(time), self.done.least(later), later)
     }
 
-    /// Returns the lanes in which the pending request has been carried out at times in ns, as far as the request
-    /// affects a leg whose current has these directions.
+    /// Returns the lanes in which, at times in ns, the pending request can have no further effect on a leg whose current has
+    /// these directions.
     #[inline(always)]
     pub fn carried_out(&self, time: V, out: V::Mask, into: V::Mask, both: V::Mask) -> V::Mask {
         let to = self.to.masks::<V::Mask>().matter(out, into, both);
@@ -270,10 +273,10 @@ mod tests {
     #[test]
     fn analytic_only_edges_that_change_a_device_count() {
         let leg = leg();
-        // Out of the leg: the upper switch or the lower diode.
+        // A current out of the leg flows through the upper switch or the lower diode.
         assert_eq!(leg.next_edge(3000.0, true, false, false), 10_300.0);
         assert!(leg.carried_out(10_300.0, true, false, false), "the lower switch changes nothing");
-        // Into it: the upper diode until the lower switch comes on.
+        // A current into the leg flows through the upper diode until the lower switch turns on.
         assert_eq!(leg.next_edge(3000.0, false, true, false), 12_200.0);
         assert!(
             !leg.carried_out(10_300.0, false, true, false) && leg.carried_out(12_200.0, false, true, false)
@@ -281,7 +284,7 @@ mod tests {
         // Where the lower switch conducts both ways, it takes the current over from the diode.
         assert_eq!(leg.next_edge(10_300.0, true, false, true), 12_200.0);
         assert!(!leg.carried_out(10_300.0, true, false, true) && !leg.is_carried_out(0, 10_300.0, 1.0, true));
-        // Without current all count.
+        // Without current, all edges count.
         assert_eq!(leg.next_edge(0.0, false, false, false), 2200.0);
         assert_eq!(leg.next_edge(2200.0, false, false, false), 10_300.0);
         assert_eq!(leg.next_edge(10_300.0, false, false, false), 12_200.0);

@@ -1,4 +1,4 @@
-//! The legs of several inverters side by side, as seen from the windings.
+//! The legs of several inverters side by side: the voltages and resistances that they connect to the windings.
 
 #[cfg(test)]
 mod tests;
@@ -13,15 +13,16 @@ use super::terminals::of_legs;
 /// The legs of the inverters: their devices, their gates, and the directions of their currents.
 #[derive(Clone, Debug, Default)]
 pub struct Legs<V: Wide> {
-    /// Magnetic axes of the phases in the run's plane.
+    /// For each leg the magnetic axis, in the run's plane, of the phase that it feeds.
     pub axes: [Plane<V>; 3],
-    /// Drop in V and resistance in Ω of switches and of diodes.
+    /// Drop in V and resistance in Ω of a switch.
     switch: [V; 2],
+    /// Drop in V and resistance in Ω of a diode.
     diode: [V; 2],
     /// Drop in V and resistance in Ω of the device that carries a leg's current in the reverse direction of its
     /// switch while that switch is on.
     reverse: [V; 2],
-    /// A bit for each machine with MOSFETs.
+    /// Bit mask of the machines whose switches are MOSFETs.
     mosfets: u32,
     /// Voltage in V by which the potential of each leg with both switches off may exceed the rails; infinite for a leg
     /// whose wire is open.
@@ -36,10 +37,9 @@ pub struct Legs<V: Wide> {
     /// Rate in 1/s at which the dividers discharge the terminals, 1/(R C); none without capacitance, or if no divider
     /// draws a current.
     pub leak: Option<V>,
-    /// Resistance in Ω that damps the charging current of terminals, defined as the resistance of one phase against the
-    /// two others. Each terminal has its own resistance, so that no voltage jumps when a device begins or ceases to
-    /// conduct: at that time the current of its leg, and with it the voltage drop, is zero. With an isotropic
-    /// resistance of the winding the drop would jump there, and neither mode could last.
+    /// Resistance in Ω in series with each leg in which no device conducts: it damps the ringing of the terminal's capacitance
+    /// with the winding. A resistance of the leg, unlike one of the whole winding, makes no voltage jump when a device begins
+    /// or ceases to conduct, because the leg's current is zero at that time. With a jump, neither mode could last.
     ringing: V,
     /// Gates, leg by leg.
     pub gates: [LegGates<V>; 3],
@@ -47,7 +47,7 @@ pub struct Legs<V: Wide> {
     pub out: [u32; 3],
     /// For each leg, a bit for each machine whose current flows into the leg. A leg without either bit is blocked.
     pub into: [u32; 3],
-    /// Terminal voltage in V if an external source holds the terminals; the legs then have no effect.
+    /// Vector of the terminals' voltages in V if an external source holds the terminals; the legs then have no effect.
     pub fed: Option<Plane<V>>,
 }
 
@@ -65,10 +65,10 @@ pub struct Leg<V> {
     pub direction: V,
 }
 
-/// The conduction of the legs at one time.
+/// The legs at one time: which of them carry current, and the voltage source with resistance that each of them is.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Conducting<V: Wide> {
-    /// Terminal voltage, leg by leg.
+    /// Coefficients of each leg's terminal voltage.
     pub leg: [Leg<V>; 3],
     /// Lanes where each leg carries current.
     pub flows: [V::Mask; 3],
@@ -76,11 +76,12 @@ pub struct Conducting<V: Wide> {
     pub idle: V::Mask,
     /// Switches that are on, leg by leg.
     pub on: [On<V::Mask>; 3],
-    /// The three legs together, with the winding's resistance.
+    /// The voltage vector and the resistance matrix of the three legs together, including the winding's resistance.
     pub terminals: Terminals<V>,
 }
 
-/// Legs and winding resistance as seen from a winding without neutral.
+/// The three legs and the winding's resistance as one voltage source (a vector) with a resistance (a matrix), for a winding whose
+/// neutral is not connected.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Terminals<T> {
     /// Part of the terminals' voltage vector that is proportional to the link's voltage, in V per V.
@@ -109,7 +110,7 @@ impl<V: Lane> Range<V> {
         [self.low[0] * link + self.low[1], self.high[0] * link + self.high[1]]
     }
 
-    /// Returns by how many V the limits rise where the link's voltage rises by `link` in V.
+    /// Returns the changes of the limits in V for a change of the link's voltage by `link` in V.
     #[inline(always)]
     pub fn rise(&self, link: V) -> [V; 2] {
         [self.low[0] * link, self.high[0] * link]
@@ -137,7 +138,7 @@ impl<V: Wide> Legs<V> {
         }
     }
 
-    /// Connects each leg of a lane to a phase, before its axes are set.
+    /// Sets the phase that each leg of a lane feeds. Must be called before [`Self::put_axes`].
     pub fn put_wires(&mut self, lane: usize, wires: [usize; 3]) {
         self.wires[lane] = wires;
     }
@@ -152,7 +153,7 @@ impl<V: Wide> Legs<V> {
         self.contact.iter_mut().zip(contacts).for_each(|(to, contact)| to.put(lane, contact));
     }
 
-    /// Returns the resistance in Ω of winding and contacts of a lane, in the run's plane; `winding`: of a phase.
+    /// Returns the resistance in Ω of winding and contacts of a lane, in the run's plane; `winding`: resistance of a phase in Ω.
     pub fn resistance(&self, lane: usize, winding: f64) -> Symmetric {
         let alone = Symmetric::new(winding, 0.0, winding);
         let contact = self.contact.each_ref().map(|contact| contact.get(lane));
@@ -162,7 +163,8 @@ impl<V: Wide> Legs<V> {
         of_legs(&self.axes.each_ref().map(|axis| axis.get(lane)), &contact, alone)
     }
 
-    /// Connects the terminals of a lane to the negative rail by dividers of this resistance in Ω, after its bridge.
+    /// Connects each terminal of a lane to the negative rail by a divider of this resistance in Ω. Must be called after
+    /// [`Self::put_bridge`].
     pub fn put_load(&mut self, lane: usize, resistance: Option<f64>) {
         if let (Some(leak), Some(elastance), Some(resistance)) = (&mut self.leak, &self.elastance, resistance)
         {
@@ -224,7 +226,7 @@ impl<V: Wide> Legs<V> {
         self.mosfets >> lane & 1 == 1
     }
 
-    /// Returns a bit for each machine without current.
+    /// Returns a mask with a bit for each machine in which no leg carries current.
     pub fn idle_lanes(&self) -> u32 {
         if self.elastance.is_some() || self.fed.is_some() {
             0
@@ -250,7 +252,7 @@ impl<V: Wide> Legs<V> {
         [a.dot(current), b.dot(current), c.dot(current)]
     }
 
-    /// Returns the next gate edges after times in ns that may affect the legs' currents.
+    /// Returns, lane by lane, the time in ns of the next gate edge after `time` that may affect the legs' currents.
     #[inline(always)]
     pub fn next_edge(&self, time: V) -> V {
         let mut edge = V::of(f64::INFINITY);
@@ -261,7 +263,7 @@ impl<V: Wide> Legs<V> {
         edge
     }
 
-    /// Returns for each leg the lanes in which its request has been carried out at times in ns.
+    /// Returns for each leg the lanes in which its pending request has been carried out at times in ns.
     #[inline(always)]
     pub fn carried_out(&self, time: V) -> [V::Mask; 3] {
         [self.carried_out_of(0, time), self.carried_out_of(1, time), self.carried_out_of(2, time)]
@@ -350,7 +352,8 @@ impl<V: Wide> Legs<V> {
         (leg, flows, on)
     }
 
-    /// Returns the potentials at which devices of the one blocked leg begin to conduct.
+    /// Returns the lowest and the highest potential of the blocked leg, beyond which one of its devices begins to conduct; for machines
+    /// with exactly one blocked leg.
     #[inline(always)]
     pub fn range_of_blocked(&self, at: &Conducting<V>) -> Range<V> {
         let [a, b, c] = [!at.flows[0], !at.flows[1], !at.flows[2]];
@@ -362,7 +365,7 @@ impl<V: Wide> Legs<V> {
         self.range_beyond(&on, V::choose(a, of_a, V::choose(b, of_b, of_c)))
     }
 
-    /// Returns the potentials at which devices of leg `k`, with these switches on, begin to conduct.
+    /// Returns the lowest and the highest potential of leg `k` with these switches on, beyond which one of its devices begins to conduct.
     #[inline(always)]
     pub fn range(&self, k: usize, on: &On<V::Mask>) -> Range<V> {
         self.range_beyond(on, self.beyond[k])

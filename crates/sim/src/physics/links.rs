@@ -16,6 +16,7 @@ pub struct Links<V: Wide> {
     pub storage: Option<Storages<V>>,
 }
 
+/// Sinusoidal ripples of the sources' voltages.
 #[derive(Clone, Debug, Default)]
 struct Ripples<V: Wide> {
     /// Amplitude in V.
@@ -28,6 +29,7 @@ struct Ripples<V: Wide> {
     per_square: V,
 }
 
+/// Temporary sags of the sources' voltages.
 #[derive(Clone, Debug, Default)]
 struct Sags<V: Wide> {
     /// Half of the sag's depth in V.
@@ -95,7 +97,7 @@ impl<V: Wide> Links<V> {
         }
     }
 
-    /// Returns the sources at times in s.
+    /// Returns the voltages in V of the sources and their slopes in V/s, at times in s.
     #[inline(always)]
     pub fn source(&self, t: V) -> Source<V> {
         let ripple = self.ripple.as_ref().map(|ripple| [ripple.amplitude, ripple.frequency, ripple.phase]);

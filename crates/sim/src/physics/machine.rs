@@ -1,12 +1,12 @@
-//! The equations of motor, legs and link between two instants, of several machines side by side.
+//! The equations of motor, legs and link between two instants, for several machines side by side.
 //!
 //! ```text
 //!   dψ/dt = v − R i          v from the legs, i = ∂W/∂ψ
 //!   di/dt = Γ dψ/dt + ω ∂i/∂θ + decay by eddy currents
 //!   dθ/dt = ω,   J/p dω/dt = T − T_load − friction
 //!   C dU/dt = (E − U)/R_s − i_dc
-//!   dχ/dt = (ψ − χ)/τ        the flux that lags behind by eddy currents, in the rotor's plane
-//!   C dv_k/dt = −i_k − v_k/R the potential of a terminal in whose leg no device conducts, with a divider of R
+//!   dχ/dt = (ψ − χ)/τ        lagging flux of the eddy currents, in the rotor's plane
+//!   C dv_k/dt = −i_k − v_k/R potential of a terminal with a divider R, while no device of its leg conducts
 //! ```
 //! The parallel branches of play cells and of shorted turns have their own equations (`effect.rs`, `effect/shorted.rs`).
 
@@ -24,7 +24,7 @@ use super::state::State;
 use crate::effect::shorted::Shorted;
 use crate::effect::{Branch, BranchPoint, keep_symmetric};
 
-/// Machines of one kind, each with its own parameters.
+/// Machines of one kind, one in each lane: their equations have the same form, their parameters may differ.
 #[derive(Clone, Debug)]
 pub struct Machine<'a, V: Wide> {
     /// Parameters of the magnetic circuits, one lane for each machine.
@@ -37,7 +37,7 @@ pub struct Machine<'a, V: Wide> {
     pub links: Links<V>,
     /// The legs and their conduction modes.
     pub legs: Legs<V>,
-    /// Heading of the run's plane in the stator's plane: the initial position of the rotors.
+    /// Heading (sine and cosine of the angle) of each run's plane in the stator's plane: the initial angle of the rotor.
     pub start: Heading<V>,
     /// The play cells in parallel to the machines' cores; none without hysteresis.
     pub branch: Option<Branch<V>>,
@@ -64,13 +64,13 @@ pub struct Rotors<V: Wide> {
     per_inertia: V,
     /// Viscous friction in N·m per rad/s electrical.
     viscous: V,
-    /// Acceleration in rad/s² electrical of a rotor that is driven, whatever its torque is.
+    /// Acceleration in rad/s² electrical of a rotor that is driven from outside; independent of the torque.
     imposed: V,
     /// Amplitude of the cogging torque in N·m, and its number of periods in an electrical revolution.
     cogging: [V; 2],
 }
 
-/// Operating point of a machine: the values that follow from its state.
+/// Operating point of a machine: currents, inductances and torque, which follow from its state.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Operating<T> {
     /// Current of the winding in A.
@@ -79,7 +79,7 @@ pub struct Operating<T> {
     pub inverse_inductance: Symmetric<T>,
     /// Derivative of the current by the angle, ∂i/∂θ in A/rad at constant ψ in the run's plane.
     pub turning: Plane<T>,
-    /// Slope of the current in A/s at constant ψ, caused by eddy currents.
+    /// Slope of the current in A/s at constant ψ, caused by decaying eddy currents (and by the currents of shorted turns).
     pub relaxing: Plane<T>,
     /// ∂²W/∂θ∂ψ in A/rad: the slope of ∂W/∂θ over the flux, needed for the slope of the torque.
     pub energy_turn: Plane<T>,
@@ -89,15 +89,15 @@ pub struct Operating<T> {
     pub torque: T,
     /// Slope of the cogging torque over the angle, in N·m/rad.
     pub cogging_slope: T,
-    /// Flux of the core in Wb: the winding's flux without the harmonics' part.
+    /// Flux of the core in Wb: the winding's flux less the part of the harmonics over the angle.
     pub core_flux: Dq<T>,
     /// Current of the core in A, at which its flux map is evaluated.
     pub core_current: Dq<T>,
-    /// Difference of the winding's flux and the lagging flux χ, in Wb in the rotor's plane.
+    /// Winding's flux less the eddy currents' lagging flux χ, in Wb in the rotor's plane.
     pub lag: Dq<T>,
 }
 
-/// Time derivatives of a machine at one state with given conduction modes.
+/// Time derivatives of flux and current of a machine, at one state and with given conduction modes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Change<T> {
     /// Slope of the flux, dψ/dt in V.
@@ -175,7 +175,7 @@ impl<'a, V: Wide> Machine<'a, V> {
             && self.legs.leak.is_some() == (loaded && self.legs.elastance.is_some())
     }
 
-    /// Returns the angle by which rotors have turned, as a heading.
+    /// Returns the angle by which the rotors have turned since the start, as sine and cosine.
     #[inline(always)]
     fn turned(&self, state: &State<V>) -> Heading<V> {
         if self.rotors.is_some() {
@@ -185,7 +185,8 @@ impl<'a, V: Wide> Machine<'a, V> {
         }
     }
 
-    /// Returns currents, inductances and torque at a state, with this value of the parallel branch and these shorted turns.
+    /// Returns currents, inductances and torque at a state. `branch`: the parallel branch of play cells at the state's flux; `short`:
+    /// the shorted turns.
     #[inline(always)]
     pub fn operating(
         &self,
@@ -246,7 +247,7 @@ impl<'a, V: Wide> Machine<'a, V> {
             at_state.turning = Plane::from_rotor(slope, turned) - state.flux.quarter_turn().through(gamma);
             at_state.energy_turn = Plane::from_rotor(magnetic.current_slope, turned);
         }
-        // It stands in the stator's frame: the rotor feels it only through the flux.
+        // The branch is fixed to the stator, so it makes no torque: it is added after the torque is computed.
         if let Some(branch) = branch {
             let gamma = &mut at_state.inverse_inductance;
             at_state.current = at_state.current + branch.current;
@@ -303,7 +304,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         let terminals = &legs.terminals;
         let gamma = at.inverse_inductance;
         let (speed, link) = (state.speed, state.link);
-        // v − R i, but for the blocked leg.
+        // v − R i, without the blocked leg's part of v.
         let mut driven = terminals.rail * link + terminals.offset - at.current.through(terminals.resistance);
         if self.legs.elastance_if::<RARE>().is_some() {
             driven = driven + self.legs.floating(legs, &state.potential);
@@ -311,7 +312,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         if let Some(short) = self.shorted_if::<RARE>() {
             driven = driven + short.pull(state);
         }
-        // Its potential u is where its current stays: b · (Γ (driven + ⅔ u b) + drift) = 0.
+        // The potential u of the blocked leg, with axis b, keeps its current constant: b · (Γ (driven + ⅔ u b) + drift) = 0.
         let across = terminals.blocked.through(gamma);
         let mut rising = across.dot(driven);
         let drifts = self.drifts_if::<RARE>();
@@ -321,7 +322,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         let short = rising / (across.dot(terminals.blocked) + terminals.none_blocked);
         let mut flux = driven - terminals.blocked * short;
         if V::any(legs.idle) {
-            // All currents stay.
+            // All currents stay constant.
             let mut holding = Plane::new(V::of(0.0), V::of(0.0));
             if drifts {
                 holding = holding - self.drift(at, speed).through(gamma.inverse());
@@ -335,8 +336,8 @@ impl<'a, V: Wide> Machine<'a, V> {
         Change { flux, current, blocked_potential: short * -1.5 }
     }
 
-    /// Returns whether eddy currents, shorted turns or play cells react to the flux. Steps with ringing terminals do not contain this
-    /// reaction in the solution of the oscillation.
+    /// Returns whether eddy currents, shorted turns or play cells react to the flux. The closed-form solution for ringing terminals does
+    /// not contain this reaction.
     #[inline(always)]
     pub fn lags(&self) -> bool {
         self.circuits.eddies().is_some() || self.branch.is_some() || self.shorted.is_some()
@@ -354,7 +355,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         self.drifts_if::<true>()
     }
 
-    /// Returns [`Self::drifts`]; code for machines that are not rare asks for no shorted turns.
+    /// Returns the result of [`Self::drifts`]. Without `RARE` there are no shorted turns, so that the check for them is left out.
     #[inline(always)]
     pub fn drifts_if<const RARE: bool>(&self) -> bool {
         self.rotors.is_some() || self.circuits.eddies().is_some() || RARE && self.shorted.is_some()

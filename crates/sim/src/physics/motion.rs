@@ -57,12 +57,12 @@ impl Motion {
         }
     }
 
-    /// Returns whether angle and speed change.
+    /// Returns whether angle and speed may change in this state.
     pub const fn moves(self) -> bool {
         matches!(self, Self::Forward | Self::Backward | Self::Floating)
     }
 
-    /// Returns the friction torque in N·m against the motion at mechanical speed in rad/s, positive backwards.
+    /// Returns the friction torque in N·m at a mechanical speed in rad/s; positive if it acts backwards.
     pub fn friction(self, rotor: &Rotor, mechanical_speed: f64) -> f64 {
         let dry = match self {
             Self::Forward => rotor.friction.coulomb,
@@ -111,7 +111,7 @@ mod tests {
         backlash: 0.0,
     };
 
-    /// With a load of 0.2 N·m; `torque` is what is left beside it.
+    /// Returns the margin of a motion at a load of 0.2 N·m; `torque`: electromagnetic torque less load.
     fn margin(motion: Motion, speed: f64, torque: f64) -> f64 {
         let [constant, by_speed, by_torque, by_size] = motion.limits(&ROTOR, 0.2);
         constant + by_speed * speed + by_torque * (torque + 0.2) + by_size * torque.abs()

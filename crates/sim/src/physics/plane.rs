@@ -5,18 +5,18 @@ use std::ops::{Add, Mul, Sub};
 use standstill_interface::{AlphaBeta, Arithmetic, Dq};
 use standstill_numeric::{Heading, Lane, Symmetric, Wide};
 
-/// A vector in the plane of a run: the stator's plane, turned by the rotor's initial angle. While the rotor has not
-/// moved, the first axis is d and the second q, so a locked rotor needs no rotation; the legs' axes are constants of
+/// A vector in the plane of a run: the stator's αβ plane, turned by the rotor's initial angle. While the rotor has not
+/// moved, the first axis is d and the second q, so a locked rotor needs no rotation; the phases' axes are constants of
 /// the run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane<T = f64> {
     /// Component along the d-axis of the rotor at its initial position.
     pub x: T,
-    /// Component along the axis a quarter turn ahead of it.
+    /// Component along the axis 90° (electrical) ahead of `x`.
     pub y: T,
 }
 
-// Not derived, for what is derived is no part of code for wide registers.
+// Not derived: a derived `default` is not `inline(always)` and would be compiled without the instructions of wide registers.
 impl<T: Default> Default for Plane<T> {
     #[inline(always)]
     fn default() -> Self {
@@ -55,26 +55,26 @@ impl<T: Arithmetic> Plane<T> {
         Self::new(m.xx * self.x + m.xy * self.y, m.xy * self.x + m.yy * self.y)
     }
 
-    /// Converts the vector to the plane of a rotor that has turned by `turned` since its start.
+    /// Converts the vector to the d and q axes of a rotor that has turned by `turned` since its start.
     #[inline(always)]
     pub fn to_rotor(self, turned: Heading<T>) -> Dq<T> {
         AlphaBeta::new(self.x, self.y).park_by(turned.sin, turned.cos)
     }
 
-    /// Converts a vector from the plane of a rotor that has turned by `turned` since its start.
+    /// Converts a vector from the d and q axes of a rotor that has turned by `turned` since its start.
     #[inline(always)]
     pub fn from_rotor(v: Dq<T>, turned: Heading<T>) -> Self {
         let AlphaBeta { alpha, beta } = v.unpark_by(turned.sin, turned.cos);
         Self::new(alpha, beta)
     }
 
-    /// Converts the vector to the stator's plane, for a rotor that started at this heading.
+    /// Converts the vector to the stator's αβ plane; `start`: initial angle of the rotor as sine and cosine.
     #[inline(always)]
     pub fn to_stator(self, start: Heading<T>) -> AlphaBeta<T> {
         Dq::new(self.x, self.y).unpark_by(start.sin, start.cos)
     }
 
-    /// Converts a vector from the stator's plane, for a rotor that started at this heading.
+    /// Converts a vector from the stator's αβ plane; `start`: initial angle of the rotor as sine and cosine.
     #[inline(always)]
     pub fn from_stator(v: AlphaBeta<T>, start: Heading<T>) -> Self {
         let Dq { d, q } = v.park_by(start.sin, start.cos);

@@ -1,4 +1,4 @@
-//! State variables: they change smoothly between two instants.
+//! State variables of the machines; between two instants they are smooth functions of time.
 
 use standstill_interface::Dq;
 
@@ -15,10 +15,11 @@ pub struct State<T = f64> {
     pub speed: T,
     /// DC-link voltage in V.
     pub link: T,
-    /// The lagging flux χ of the eddy currents in Wb, in the rotor's plane.
+    /// Flux χ of the eddy currents in Wb, in the rotor's plane: it follows the winding's flux with a lag.
     pub lagging: Dq<T>,
-    /// The lagging flux χ of shorted turns in Wb, along the axis of their phase; else unused.
+    /// Flux χ of shorted turns in Wb, along the axis of their phase: it follows the winding's flux with a lag. Unused without
+    /// shorted turns.
     pub shorted: T,
-    /// Potentials of the terminals in V against the negative rail, if terminals have a capacitance; else unused.
+    /// Potentials of the terminals in V against the negative rail. Unused if terminals have no capacitance.
     pub potential: [T; 3],
 }

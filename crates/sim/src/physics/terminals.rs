@@ -1,8 +1,8 @@
 //! Terminals with a capacitance, of several machines side by side.
 //!
 //! While no device of a leg conducts, the leg's current charges its terminal's capacitance against the negative rail,
-//! and the terminal's potential is a state variable. A divider between terminal and negative rail discharges it. While
-//! a device conducts, it determines the potential. No leg is blocked, and no equation is implicit.
+//! and the terminal's potential is a state variable. A divider between terminal and negative rail discharges the
+//! capacitance. While a device conducts, it determines the potential. So no leg is blocked, and all equations are explicit.
 
 use standstill_numeric::{Symmetric, Wide};
 
@@ -10,8 +10,8 @@ use super::legs::{Conducting, Legs};
 use super::plane::Plane;
 use crate::step::two_derivative::Here;
 
-/// Returns the matrix in the winding's plane that three legs' resistances in Ω, or their terminals' inverse
-/// capacitances in 1/F, make together: `Σ ⅔ w a ⊗ a` over the legs' axes a, plus the matrix `beside`.
+/// Returns the 2 × 2 matrix `beside + Σ ⅔ w a ⊗ a`, with the sum over the three legs: their axes a, and their values w (`each`),
+/// which are resistances in Ω or inverse capacitances of the terminals in 1/F.
 #[inline(always)]
 pub fn of_legs<V: Wide>(axes: &[Plane<V>; 3], each: &[V; 3], beside: Symmetric<V>) -> Symmetric<V> {
     let mut sum = beside;
@@ -25,13 +25,13 @@ pub fn of_legs<V: Wide>(axes: &[Plane<V>; 3], each: &[V; 3], beside: Symmetric<V
 }
 
 impl<V: Wide> Legs<V> {
-    /// Returns the inverse capacitance of the terminals in code for rare kinds of machines (`RARE`), else none.
+    /// Returns the inverse capacitance of each terminal in 1/F in code for rare kinds of machines (`RARE`), else none.
     #[inline(always)]
     pub fn elastance_if<const RARE: bool>(&self) -> Option<V> {
         if RARE { self.elastance } else { None }
     }
 
-    /// Returns the voltage in V that the legs without a conducting device put on the winding.
+    /// Returns the voltage vector w in V that the terminals of legs without a conducting device put on the winding.
     #[inline(always)]
     pub fn floating(&self, legs: &Conducting<V>, potential: &[V; 3]) -> Plane<V> {
         let zero = V::of(0.0);
@@ -42,7 +42,7 @@ impl<V: Wide> Legs<V> {
         sum
     }
 
-    /// Returns the matrix K in 1/F by which currents change that voltage: `dw/dt = −K i`.
+    /// Returns the matrix K in 1/F with which currents change the voltage w of [`Self::floating`]: `dw/dt = −K i`.
     #[inline(always)]
     pub fn charging(&self, legs: &Conducting<V>) -> Symmetric<V> {
         let zero = V::of(0.0);
@@ -52,8 +52,8 @@ impl<V: Wide> Legs<V> {
         of_legs(&self.axes, &each, none)
     }
 
-    /// Returns by how many V a charge in A·s (a vector in the run's plane) changes the potentials of the legs without a
-    /// conducting device; zero for the other legs.
+    /// Returns the changes in V of the potentials of the legs without a conducting device, caused by a charge in A·s (a
+    /// vector in the run's plane); zero for the other legs.
     #[inline(always)]
     pub fn charged(&self, legs: &Conducting<V>, charge: Plane<V>) -> [V; 3] {
         let zero = V::of(0.0);
@@ -62,8 +62,8 @@ impl<V: Wide> Legs<V> {
         three!(k => V::choose(legs.flows[k], zero, -(charge[k] * elastance)))
     }
 
-    /// Returns the slopes in V per `h` seconds of the potentials of the legs without a conducting device; zero for the
-    /// other legs.
+    /// Returns the slopes of the potentials of the legs without a conducting device, times `h` in s: changes in V over that
+    /// time. Zero for the other legs.
     #[inline(always)]
     pub fn rise(&self, legs: &Conducting<V>, here: &Here<V>, h: V) -> [V; 3] {
         let mut rise = self.charged(legs, here.at.current * h);
@@ -74,7 +74,7 @@ impl<V: Wide> Legs<V> {
         rise
     }
 
-    /// Returns the currents in A through the dividers of terminals with these potentials in V.
+    /// Returns the currents in A through the dividers of terminals with these potentials in V; none without dividers.
     #[inline(always)]
     pub fn taken(&self, potential: &[V; 3]) -> Option<[V; 3]> {
         let conductance = self.leak? / self.elastance?;

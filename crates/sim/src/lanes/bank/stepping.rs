@@ -15,20 +15,20 @@ use crate::step::two_derivative::{Here, Tried};
 /// ends.
 const MOST_REFUSED: f64 = 200.0;
 
-/// Share of the tolerance at which the error of the next step aims.
+/// Error for which the length of the next step is chosen, as a share of the tolerance.
 const HALF: f64 = 0.5;
 /// Largest ratio of the length of the next step to that of the present one.
 const LONGER_AT_MOST: f64 = 4.0;
 /// Replaces [`LONGER_AT_MOST`] where terminals ring: there the error depends on the phase of the oscillation, and is
 /// small by accident twice in each period.
 const LONGER_WHERE_IT_RINGS: f64 = 1.5;
-/// Size of an oscillation up to which [`LONGER_AT_MOST`] holds where terminals ring, too: 0.75 % of the link's voltage. What is hidden in
-/// the phase of so small a one is nothing beside the rest.
+/// Size of an oscillation (an amplitude of 0.75 % of the link's voltage) up to which [`LONGER_AT_MOST`] holds where terminals ring, too:
+/// the error of so small an oscillation is negligible whatever its phase.
 const STILL: f64 = 0.03;
-/// Share of the time up to which an oscillation cannot end a current, in which the next step ends.
+/// The next step ends at this share of the time within which an oscillation certainly cannot end a leg's current.
 const BEFORE: f64 = 0.97;
-/// Square of the angle in rad by which a mode turns in a step, up to which [`LONGER_AT_MOST`] holds too: four times as long a step turns
-/// no further than one in which a swing may end a leg's mode.
+/// Square of the angle in rad by which an eigenmode turns in a step, up to which [`LONGER_AT_MOST`] holds where terminals ring, too: in a
+/// step four times as long the mode turns no further than [`SEEN`] allows.
 const HARDLY: f64 = SEEN / (LONGER_AT_MOST * LONGER_AT_MOST);
 /// Largest length of a retried step, as a share of the rejected one. A fourth power gives 0.7 for an error of four
 /// times the tolerance.
@@ -48,7 +48,7 @@ impl<V: Wide> Bank<'_, V> {
         let cut = V::Mask::of_bits(plan.to_mode_end);
         let expecting = live & !cut & !plan.expected.above(free_end);
         plan.mode_end = V::choose(expecting, plan.expected, plan.mode_end);
-        // Once: if it is not to be, steps find their ends themselves.
+        // An expected time is used once: if no mode ends there, the steps locate the end themselves.
         plan.expected = V::choose(expecting, V::of(NEVER), plan.expected);
         plan.to_mode_end |= expecting.bits();
         plan.nearest &= !expecting.bits();
@@ -58,8 +58,8 @@ impl<V: Wide> Bank<'_, V> {
     }
 }
 
-/// One step of all machines. `RARE`: whether any machine has ringing terminals or play cells; their code is larger than
-/// the rest of a step and is left out otherwise.
+/// One step of all machines. `RARE`: whether the machines have ringing terminals, play cells or shorted turns; the code for these is
+/// larger than the rest of a step and is left out otherwise.
 pub(super) struct StepOf<'b, 'a, V: Wide, const RARE: bool>(pub(super) &'b mut Bank<'a, V>);
 
 impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
@@ -99,14 +99,14 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
             | (zero.above(tried.least_at_mode_end) & V::Mask::of_bits(plan.to_mode_end & !plan.nearest));
         let crossed = may & ends;
         let accepted = may & !crossed;
-        // A cut that is not exact is none: shorter steps find their own.
+        // If a step cut at a mode's end is not exact, its cut is dropped: shorter steps locate the end anew.
         plan.to_mode_end &= !(live & !exact & !out_of_bounds).bits();
         let length = until - here.time;
         control.refused = V::only(live & !accepted & !out_of_bounds, control.refused + 1.0);
         let hopeless = control.refused.above(V::of(MOST_REFUSED));
         let broken = live & ((V::of(SHORTEST).above(length) & !exact & !out_of_bounds) | hopeless);
 
-        // The next step's length: the error falls with the fourth power or more. Not-a-number asks for a shorter one.
+        // The next step's length: the error grows with its fourth power or faster. An error that is not a number asks for a shorter step.
         let target = V::choose(tried.error.above(-one), tried.error, V::of(1e3)) + 1e-4;
         let mut longest = V::of(LONGER_AT_MOST);
         if RARE && let Some(floating) = &tried.floating {
@@ -115,7 +115,7 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
             longest = V::choose(a & b & c | still, longest, V::of(LONGER_WHERE_IT_RINGS));
         }
         let mut factor = longest;
-        // Where it has room for the longest, no root is needed.
+        // If all errors allow the longest step, no root is needed.
         if V::any(
             target.above(V::of(HALF / (LONGER_AT_MOST * LONGER_AT_MOST * LONGER_AT_MOST * LONGER_AT_MOST))),
         ) {
@@ -126,22 +126,22 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
         let longer = V::choose(control.next.above(length), next.greatest(control.next), next);
         let mut next = V::choose(exact, longer, next.least(length * SHORTER_AT_LEAST));
         if RARE && let Some(floating) = &tried.floating {
-            // Too long only because a current may end in it: up to a little before that it is as exact.
+            // The step is too long only because a current may end within it: a step that ends a little before that time is exact.
             let ends = !exact & one.above(floating.exact) & V::of(BEFORE).above(floating.until);
             next = V::choose(ends, next.greatest(length * floating.until * BEFORE), next);
         }
         control.next = V::choose(live & !out_of_bounds, next, control.next);
 
-        // Gate edges alone need nobody where a current flows: what they make of the legs follows from the time.
+        // While a current flows, a gate edge alone needs no action of the run: the legs' conduction follows from the time.
         let mut at_edge = legs.idle & !edge.above(until);
         if capacitive {
-            // The charge of a terminal decides what an edge does.
+            // With a capacitance, the effect of an edge depends on the terminal's potential.
             at_edge = !edge.above(until);
         }
         let arrived = accepted & (to_mode_end | !plan.stop.above(until) | at_edge);
         let [a, b, c] = bank.machine.legs.carried_out(until);
         let mut carried_out = [accepted & a, accepted & b, accepted & c];
-        // Who looks at a step from within wants its gates as they were.
+        // If values inside the step are needed, the gates must stay as they were during the step.
         if !control.follow && V::any(carried_out[0] | carried_out[1] | carried_out[2]) {
             carried_out = bank.machine.legs.follow_on(carried_out);
         }

@@ -1,4 +1,4 @@
-//! Motion of the rotors, and their torque between evaluations of the core.
+//! Acceleration of the rotors, and the change of their torque without a new evaluation of the core.
 
 use standstill_numeric::Wide;
 
@@ -9,7 +9,7 @@ use crate::physics::plane::Plane;
 use crate::physics::state::State;
 
 impl<V: Wide> Rotors<V> {
-    /// Gives the rotor of a lane this acceleration in rad/s² electrical, whatever its torque is.
+    /// Imposes a constant acceleration in rad/s² electrical on the rotor of a lane; its torque no longer has an effect.
     pub fn drive(&mut self, lane: usize, acceleration: f64) {
         self.per_inertia.put(lane, 0.0);
         self.imposed.put(lane, acceleration);
@@ -34,13 +34,14 @@ impl<V: Wide> Rotors<V> {
             * self.torque_factor
     }
 
-    /// Returns the slope of the acceleration in rad/s³ for a slope of the torque in N·m/s.
+    /// Returns the time derivative of the acceleration in rad/s³, for a time derivative of the torque in N·m/s.
     #[inline(always)]
     pub fn jerk(&self, torque_rise: V, acceleration: V) -> V {
         (torque_rise - acceleration * self.viscous) * self.per_inertia * self.moving
     }
 
-    /// Returns the slope of the torque in N·m/s. Parallel branches make no torque and are left out.
+    /// Returns the time derivative of the torque in N·m/s. The currents of play cells (`branch`) and of shorted turns make no torque and
+    /// are subtracted.
     #[inline(always)]
     pub fn torque_rise(
         &self,
