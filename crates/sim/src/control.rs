@@ -1,4 +1,4 @@
-//! State of one run: carries out all that is due at an instant and returns the next request (a step or a command).
+//! Control of one run: carries out all that is due at an instant and returns the run's next need (a step or a command).
 
 mod comparators;
 mod conduction;

@@ -1,4 +1,4 @@
-//! The comparators of a run: when they watch, and the consequences of a trip.
+//! The comparators of a run: their levels, their blanking, and the effect of a trip.
 
 use standstill_interface::{Capture, Command, Nanos, Sampling, Stage};
 use standstill_numeric::Wide;
@@ -29,10 +29,10 @@ pub struct Watching<'a> {
     /// Present value in A of band-limited noise; none while the current is too far from the threshold for the noise to
     /// matter.
     value: Option<f64>,
-    /// Time in ns at which the comparators' levels change next: at the end of the blanking, or with the next value of
-    /// the noise. Never if no change is due.
+    /// Time in ns at which the comparators' levels change next: the end of the blanking, or the next value of the noise. [`NEVER`] if no
+    /// change is due.
     wakes: f64,
-    /// Whether the last step ended just before a trip.
+    /// Whether the last located trip was premature: the current had not quite reached its level.
     near: bool,
     /// Second stage and sampling of a command with a threshold, kept until its first stage has ended.
     after: Option<(Option<Stage<f64>>, Sampling)>,
@@ -41,7 +41,7 @@ pub struct Watching<'a> {
 }
 
 impl<'a> Watching<'a> {
-    /// Makes the comparators of a case; none if its drive has none.
+    /// Makes the comparators of a case; `None` if its drive has no comparators.
     pub fn of(case: &Case<'a>) -> Option<Self> {
         let settings = case.sensors.settings.comparator;
         settings.any().then(|| Self {
@@ -72,7 +72,7 @@ impl<'a> Watching<'a> {
         match self.threshold {
             _ if self.capture.is_some() => ComparatorState::Tripped,
             None if self.settings.trip == 0.0 => ComparatorState::Idle,
-            // Noise with a bandwidth wakes them, too, value by value.
+            // `wakes` is set by the blanking, or by the noise, which then has a value.
             _ if self.wakes != NEVER && self.value.is_none() => ComparatorState::Blanked,
             _ => ComparatorState::Watching,
         }
@@ -94,8 +94,8 @@ impl<'a> Watching<'a> {
         }
     }
 
-    /// Returns the level in A at which a comparator ends the stage; infinite if it ends none. While no value of the
-    /// noise is drawn, the level is [`FAR`] standard deviations lower, so that drawing begins in time.
+    /// Returns the level in A at which a comparator ends the stage; infinite if it cannot end one. While values of band-limited noise
+    /// are not drawn, the level is lower by [`FAR`] standard deviations, so that drawing begins in time.
     fn ends_stage(&self, input: Input) -> f64 {
         let exists = (input == Input::Link) == (self.settings.arrangement == Comparators::Common);
         let noise = match self.settings.noise_hold() {
@@ -107,7 +107,7 @@ impl<'a> Watching<'a> {
             .map_or(f64::INFINITY, |threshold| threshold + self.specimen.offset[input.number()] - noise)
     }
 
-    /// Draws the next value of noise that has a bandwidth, at `now` in ns; the first one where there is none yet.
+    /// Draws the next (or the first) value of band-limited noise at `now` in ns; without such noise, does nothing.
     fn draw_value(&mut self, now: f64) {
         let Some((hold, correlation)) = self.settings.noise_hold() else { return };
         let fresh = self.settings.noise * self.noise.normal();
@@ -146,7 +146,7 @@ impl<'a> Control<'a> {
         Ok(())
     }
 
-    /// Blanks the comparators from the begin of a stage on.
+    /// Disables the comparators from the begin of a stage on, for the blanking time.
     fn blank<V: Wide>(&mut self, bank: &mut Bank<'a, V>, start: Nanos) {
         let Some(watching) = &mut self.comparators else { return };
         let watches = watching.threshold.is_some() || watching.settings.trip > 0.0;
@@ -157,8 +157,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Unblanks the comparators after the blanking time, or updates the value of their noise. A comparator whose level
-    /// the current has already passed trips at once.
+    /// Enables the comparators after the blanking time, or draws the next value of their noise. A comparator whose current already
+    /// exceeds its level trips at once.
     pub(super) fn unblank<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
         let now = self.time(bank);
         let Some(watching) = &mut self.comparators else { return Ok(()) };
@@ -206,8 +206,11 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Handles the trip of a comparator at the present time: the trip ends the stage after the comparator's delay, or
+    /// Handles the trip of a comparator at the present time: it ends the stage after the comparator's delay, or, as an overcurrent,
     /// ends the run.
+    ///
+    /// # Errors
+    /// [`RunError::Overcurrent`].
     pub(super) fn trip<V: Wide>(&mut self, bank: &mut Bank<'a, V>, input: Input) -> Result<(), RunError> {
         let now = self.time(bank);
         let current = self.current_at(bank, input);
@@ -215,13 +218,13 @@ impl<'a> Control<'a> {
         let (start, end) = (self.course.start, self.course.end);
         let Some(watching) = &mut self.comparators else { return Ok(()) };
         if short && !std::mem::replace(&mut watching.near, true) {
-            // It only seemed to trip, on the cubic of a longer step; the next one begins close to where it does.
+            // The trip was located on the cubic of a longer step; the next step begins close to the true time of the trip.
             return Ok(());
         }
         watching.near = false;
         let for_good = watching.overcurrent(input) <= watching.ends_stage(input);
         if !for_good && watching.value.is_none() && watching.settings.noise_hold().is_some() {
-            // Near enough for its noise to trip it.
+            // The current is so near to the threshold that noise may trip the comparator: drawing begins.
             watching.draw_value(now);
             self.put_levels(bank);
             if self.level(input) > current {
@@ -232,7 +235,7 @@ impl<'a> Control<'a> {
         if !for_good {
             let delay = watching.specimen.delay[input.number()];
             let output = now + delay * 1e9;
-            // Gates switch in whole nanoseconds. A stage that has ended before is not ended by its comparator.
+            // Gates switch at whole nanoseconds. A trip after the end of the stage has no effect.
             #[allow(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,

@@ -1,4 +1,4 @@
-//! Conduction modes of a run's legs, and their consequences for the machine.
+//! Conduction modes of a run's legs: how they are found, and the changes of the machine when a mode ends.
 
 use standstill_interface::{AlphaBeta, Dq};
 use standstill_inverter::{AXES, Conduction, Gate, Port};
@@ -26,7 +26,7 @@ pub struct One {
     pub inverse_inductance: Symmetric,
     /// Slope of the currents in A/s at constant flux, caused by eddy currents and by the rotor's rotation.
     pub drift: Plane,
-    /// Voltage in V by which the winding's resistance drops less than the current says, because turns are shorted.
+    /// With shorted turns: R i less the true resistive drop of the winding, in V, where i is the current of the terminals.
     pub pull: Plane,
     /// Voltage of the DC link in V.
     pub dc_link: f64,
@@ -39,7 +39,7 @@ pub struct One {
 }
 
 impl One {
-    /// Reads the machine of a lane from the bank at `here`.
+    /// Reads the quantities of a lane's machine from the bank and from its state `here`.
     pub fn of<V: Wide>(bank: &Bank<'_, V>, here: &Here<V>, lane: usize) -> Self {
         let one = |pack: &V| pack.get(lane);
         let gamma = &here.at.inverse_inductance;
@@ -72,8 +72,8 @@ impl One {
     }
 }
 
-/// Transforms a port into the plane in which leg k has the axis of phase k. `wires`: the phase that each leg really
-/// feeds. That plane is turned or mirrored against the stator's.
+/// Transforms a port, given in the stator's plane, into a plane in which leg k has the axis of phase k, turned or mirrored
+/// against the stator's. `wires`: number of the phase that each leg really feeds.
 fn as_wired(port: Port, wires: [usize; 3]) -> Port {
     // The matrix that takes the axis of each leg's phase to the leg's own: ⅔ Σ aₖ ⊗ p(k).
     let turned = |v: AlphaBeta<f64>| {
@@ -124,7 +124,7 @@ impl<'a> Control<'a> {
 
     /// Finds the conduction modes that fit the gates and the machine.
     pub(super) fn resolve<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
-        // Terminals that are held by voltages have no devices.
+        // If an external source holds the terminals, no devices conduct.
         if bank.machine.legs.fed.is_some() {
             return Ok(());
         }
@@ -143,8 +143,8 @@ impl<'a> Control<'a> {
         Ok(())
     }
 
-    /// Returns whether legs conduct without any current, as MOSFET channels do that connect all terminals to one rail.
-    /// The current does not tell then which device of a leg conducts after an edge of its gate.
+    /// Returns whether legs conduct although all currents are zero, as when MOSFET channels connect all terminals to one rail. The
+    /// sign of the current then does not determine which device of a leg conducts after an edge of its gate.
     pub(super) fn conducts_nothing<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
         let legs = &bank.machine.legs;
         let least = NO_CURRENT * self.case.motor.rated_current;
@@ -153,11 +153,11 @@ impl<'a> Control<'a> {
             && (0..3).any(|k| legs.direction(self.lane, k) != 0.0)
     }
 
-    /// Ends the mode whose guard's margin reached zero, and finds the modes that follow.
+    /// Ends the mode of this guard, whose margin has reached zero, and finds the modes that follow.
     pub(super) fn end_mode<V: Wide>(&mut self, bank: &mut Bank<'a, V>, guard: Guard) -> Result<(), RunError> {
         let passed = self.time(bank);
         match guard {
-            // Each step finds the modes of its branch.
+            // Each step finds the modes of the play cells by itself.
             Guard::Branch => return Ok(()),
             Guard::Kink(axis) => {
                 self.cross_kink(bank, axis);
@@ -168,13 +168,13 @@ impl<'a> Control<'a> {
                 self.event(passed * 1e-9, Event::LeftMap);
                 return Err(self.left_map(bank));
             }
-            // The voltage that the rotor induces may have changed at once.
+            // With the speed, the voltage that the rotor induces may have jumped.
             Guard::Stop | Guard::Motion => self.change_motion(bank, guard == Guard::Stop),
             Guard::Blocked => {}
             Guard::Leg(leg) => {
                 let shortest = self.shortest(bank);
                 if !self.is_at_end(bank, leg, shortest) {
-                    // It only seemed to end, on the cubic of a longer step.
+                    // The end was located on the cubic of a longer step; the current has not yet reached it.
                     return Ok(());
                 }
                 let legs = &bank.machine.legs;
@@ -193,8 +193,8 @@ impl<'a> Control<'a> {
         self.resolve(bank)
     }
 
-    /// Returns whether a voltage may let legs without current conduct: between terminals, or induced by the rotor. If so, the link
-    /// voltage is brought up to date.
+    /// Returns whether a voltage may let legs without current conduct: the link's voltage between terminals, or a voltage that the rotor,
+    /// eddy currents or shorted turns induce. If so, updates the link's voltage to the present time.
     pub(super) fn drives_legs<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> bool {
         self.found = self.time(bank);
         let gates = self.gates(bank);
@@ -226,6 +226,7 @@ impl<'a> Control<'a> {
         here.at.current.put(lane, left);
     }
 
+    /// Returns the error of a run whose currents have left the flux map.
     fn left_map<V: Wide>(&self, bank: &Bank<'a, V>) -> RunError {
         let Dq { d, q } = &bank.here.at.core_current;
         RunError::left_map([d.get(self.lane), q.get(self.lane)])

@@ -1,4 +1,4 @@
-//! The command that is being carried out.
+//! Progress of the command that is being carried out: its triggers and the conversions of its pending sample.
 
 use standstill_interface::{Nanos, Sampling};
 
@@ -11,7 +11,7 @@ pub struct Course {
     pub end: Nanos,
     /// Instants at which the command asks for samples.
     pub sampling: Sampling,
-    /// Number of the next trigger after the pending one.
+    /// Number of the trigger after the pending one.
     pub number: u32,
     /// The pending trigger: its nominal time since the begin of the command, and its actual time since the start of the
     /// run, with delay and jitter.
@@ -26,7 +26,7 @@ pub struct Course {
     pub terminal: [f64; 3],
     /// Number of conversions of the pending sample so far.
     pub conversions: u8,
-    /// Time of the first phase's conversion, since the start of the run.
+    /// Time of the pending sample's last conversion of phase a, since the start of the run.
     pub converted_at: Nanos,
 }
 
@@ -46,8 +46,8 @@ impl Course {
         converted_at: Nanos::ZERO,
     };
 
-    /// Converts the present values: all phases at once without skew, else one phase per call, `skew` apart. Returns
-    /// the currents in A and the DC link's voltage in V once the sample is complete.
+    /// Takes the present values into the pending sample: all phases at once without skew, else one phase per call, `skew` apart.
+    /// Returns the phase currents in A and the DC link's voltage in V once all phases have been taken.
     pub fn converted(&mut self, current: [f64; 3], dc_link: f64, skew: Nanos) -> Option<([f64; 3], f64)> {
         if let (0, Some((_, at))) = (self.taken, self.pending) {
             self.converted_at = at;
@@ -68,8 +68,8 @@ impl Course {
         Some((self.current, self.dc_link))
     }
 
-    /// Counts one conversion of all phases of a sample that averages `count` conversions. Returns whether another one is
-    /// due: `apart` later, or as soon as the present one is complete.
+    /// Counts one complete conversion of a sample that averages `count` conversions. If another conversion is due, schedules it
+    /// `apart` after the begin of this one, or at once if that has passed, and returns true.
     pub fn repeats(&mut self, count: u8, apart: Nanos) -> bool {
         self.conversions += 1;
         if self.conversions < count {

@@ -10,11 +10,12 @@ use crate::sensing::LowPass;
 use crate::step::two_derivative::Here;
 
 impl<'a> Control<'a> {
-    /// Returns the potentials of the terminals in V against the negative rail, with these gates and modes of the legs.
+    /// Returns the potentials of the terminals in V against the negative rail, with these gates and modes of the legs; for an open
+    /// wire, the potential of the drive's end.
     ///
-    /// While no device conducts, leakages and dividers set the common potential of the three blocked terminals. Equal
-    /// leakages of both switches hold it halfway between the bounds. Dividers pull the mean to the negative rail (`Σ
-    /// v_k / R = 0`), unless a device begins to conduct before.
+    /// While no device conducts, leakages and dividers set the common potential of the three blocked terminals. Without dividers,
+    /// equal leakages of both switches hold it halfway between the bounds. Dividers pull the mean to the negative rail (`Σ v_k / R
+    /// = 0`), at most until a device begins to conduct.
     pub(super) fn potentials<V: Wide>(
         &self,
         bank: &Bank<'a, V>,
@@ -31,8 +32,8 @@ impl<'a> Control<'a> {
         potentials
     }
 
-    /// Returns where the drive's end of an open wire is at a time in ns, as a share of the link's voltage: where its leg
-    /// is, or where its leakages and its divider hold it. None for a wire that is whole.
+    /// Returns the potential of the drive's end of an open wire at a time in ns, as a share of the link's voltage: that of the rail to
+    /// which its leg is switched, or the one at which leakages or the divider hold it. None if the wire is whole.
     fn open_end(&self, k: usize, time: f64) -> Option<f64> {
         if !self.case.inverter.bridge.disconnected[k] {
             return None;
@@ -46,15 +47,15 @@ impl<'a> Control<'a> {
         })
     }
 
-    /// Lets the machine step to `stop` in ns, or to where the drive's end of an open wire moves if that is earlier and filters
-    /// behind the dividers of terminals with a capacitance follow it.
+    /// Sets the machine's next instant: `stop` in ns, or the time at which the potential at the drive's end of an open wire next changes,
+    /// if that is earlier and filters behind dividers (of terminals with a capacitance) follow that potential.
     pub(super) fn stop_at<V: Wide>(&self, bank: &mut Bank<'a, V>, stop: f64) {
         let stop = self.hold_open_ends(bank, stop);
         bank.schedule.stop.put(self.lane, stop);
     }
 
-    /// Shows the filters behind the dividers of terminals with a capacitance where the drive's ends of open wires are. Returns the
-    /// time in ns at which they move next, or `stop` if that is earlier.
+    /// Passes the present potentials of the drive's ends of open wires to the filters behind the dividers of terminals with a capacitance.
+    /// Returns the time in ns at which one of these potentials changes next, or `stop` if that is earlier.
     fn hold_open_ends<V: Wide>(&self, bank: &mut Bank<'a, V>, stop: f64) -> f64 {
         let divided = bank.sensed.as_mut().and_then(|sensed| sensed.divided.as_mut());
         let Some(divided) = divided.filter(|_| !self.case.faults.is_empty()) else { return stop };
@@ -65,6 +66,7 @@ impl<'a> Control<'a> {
         moves.fold(stop, f64::min)
     }
 
+    /// Returns the potentials in V of the winding's ends, also behind an open wire.
     fn potentials_of_winding<V: Wide>(
         &self,
         bank: &Bank<'a, V>,
@@ -94,8 +96,8 @@ impl<'a> Control<'a> {
         potential.map(|potential| potential + shift)
     }
 
-    /// Returns the voltages in V at the dividers, or at the outputs of their filters, just before a gate edge at the
-    /// present time.
+    /// Returns the voltages in V at the dividers, or at the outputs of their filters, at the present time. A gate edge at the same
+    /// time counts as later.
     pub(super) fn terminals_at_sample<V: Wide>(&self, bank: &Bank<'a, V>) -> [f64; 3] {
         if let Some(filters) = &self.terminal_filters {
             return filters.map(|filter| filter.output());
@@ -109,7 +111,7 @@ impl<'a> Control<'a> {
         self.potentials(bank, &bank.here, legs.modes(self.lane, before), gates)
     }
 
-    /// Sets up the filters behind the dividers, at rest.
+    /// Sets up the filters behind the dividers, with the potentials at rest as their outputs.
     pub(super) fn set_up_dividers<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         let Some(corner) = self.case.sensors.settings.terminal.and_then(|of| of.bandwidth) else { return };
         let at_rest = self.potentials(bank, &bank.here, [Conduction::Blocked; 3], [Gate::Off; 3]);

@@ -17,8 +17,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Returns whether the request to leg `k` has been carried out at a time in ns, as far as the request affects the
-    /// conduction of the leg.
+    /// Returns whether, at a time in ns, the pending request to leg `k` can have no further effect on the conduction of the leg.
     pub(super) fn is_carried_out<V: Wide>(&self, bank: &Bank<'a, V>, time: f64, k: usize) -> bool {
         let legs = &bank.machine.legs;
         let (direction, both) = (legs.direction(self.lane, k), legs.has_mosfets(self.lane));
@@ -30,7 +29,8 @@ impl<'a> Control<'a> {
         self.sequencer.carry_out(&mut bank.machine.legs, self.lane, k);
     }
 
-    /// Returns the next instant of the DC source in ns: begin, middle and end of a sag, which a long step could miss.
+    /// Returns the time in ns of the DC source's next instant after `time` in ns: begin, middle or end of a sag, which a long step
+    /// could miss.
     pub(super) fn next_source_instant(&self, time: f64) -> f64 {
         let Some(sag) = self.case.inverter.link.sag else { return NEVER };
         [0.0, 0.5, 1.0]
@@ -47,8 +47,8 @@ impl<'a> Control<'a> {
         a.least(b).least(c)
     }
 
-    /// Returns whether nothing happens before the next instant: no current, no motion, and no stored energy that
-    /// could drive any.
+    /// Returns whether the machine rests until the next instant: no current flows, the rotor does not move, and nothing that stores
+    /// energy or varies with time could start either.
     pub(super) fn rests<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
         bank.machine.legs.idle_lanes() >> self.lane & 1 == 1
             && !self.motion.moves()
@@ -58,7 +58,7 @@ impl<'a> Control<'a> {
             && self.case.inverter.link.sag.is_none()
     }
 
-    /// Advances time to `until` in ns while nothing happens.
+    /// Advances the time of a resting machine to `until` in ns.
     pub(super) fn wait<V: Wide>(&mut self, bank: &mut Bank<'a, V>, until: f64) {
         self.watch_waiting(bank, until);
         bank.here.time.put(self.lane, until);

@@ -1,5 +1,5 @@
-//! Prediction of the first step after a change of conduction: its length, and the time at which a current has charged
-//! a terminal from one bound to the other.
+//! Prediction for the first step after a change of conduction: its length, and the time at which a current will have
+//! charged a terminal from one bound to the other.
 
 use standstill_inverter::Modes;
 use standstill_numeric::{Symmetric, Wide};
@@ -15,18 +15,18 @@ use crate::physics::terminals::of_legs;
 /// Length of the step to try, relative to the time in which a constant current charges a terminal to its bound.
 const CARRIED: f64 = 1.2;
 
-/// Factor that keeps a step below the longest angle at which cubics can still locate the end of a leg's mode in an
-/// oscillation.
+/// Factor that keeps the angle of a step below the largest one at which cubics can locate the end of a leg's mode in an
+/// oscillation ([`SEEN`], [`LAGGED`]).
 const NEARLY: f64 = 0.95;
 
-/// Angle in rad up to which a sixth-order polynomial of time approximates the charge carried by an oscillating
-/// current: the neglected term, x⁷/5040, is 3e-6 of what the current carries in a radian.
+/// Angle x in rad up to which a sixth-order polynomial of time approximates the charge carried by an oscillating
+/// current: the neglected term, x⁷/5040, is 3e-6 of the charge that the current carries in a radian.
 const EXACT: f64 = 0.55;
 
-/// Share of a charge from bound to bound that counts as none where the current turns back.
+/// If a current reverses before it has moved a terminal by this share of the way from bound to bound, the terminal counts as unmoved.
 const TURNS: f64 = 1e-6;
 
-/// Steps of Newton's rule from the time in which a constant current carries a charge.
+/// Number of Newton iterations for the time in which the current carries a charge, from the time for a constant current.
 const NEWTON: usize = 6;
 
 impl<'a> Control<'a> {
@@ -35,7 +35,7 @@ impl<'a> Control<'a> {
         bank.machine.legs.axes.each_ref().map(|axis| axis.get(self.lane))
     }
 
-    /// Returns the slope of the current in A/s with these potentials in V at the winding.
+    /// Returns the time derivative of the current in A/s with these potentials in V at the winding's terminals.
     pub(super) fn rise<V: Wide>(&self, bank: &Bank<'a, V>, potential: [f64; 3]) -> Plane {
         let one = One::of(bank, &bank.here, self.lane);
         let mut voltage = one.pull - one.current.through(one.resistance);
@@ -45,10 +45,10 @@ impl<'a> Control<'a> {
         voltage.through(one.inverse_inductance) + one.drift
     }
 
-    /// Sets the length of the next step after a change of conduction. Starts from the last step length used with the
-    /// same number of floating terminals. Limits it so that cubics can locate the end of a leg's mode in an
-    /// oscillation, and to little more than the time in which a current charges a terminal to its bound, with the
-    /// potentials `behind` in V behind the winding.
+    /// Sets the length of the next step after a change of conduction. Starts from the last step length used with the same
+    /// number of floating terminals. Limits it so that cubics can locate the end of a leg's mode in an oscillation, and to
+    /// little more than the time in which a current charges a terminal to its bound. `bands`: bounds of the potentials in V;
+    /// `behind`: potentials in V at the winding, after the drops in the terminals' ringing resistances.
     pub(super) fn expect<V: Wide>(
         &self,
         bank: &mut Bank<'a, V>,
@@ -62,7 +62,7 @@ impl<'a> Control<'a> {
         if (0..3).all(|k| before[k] == modes[k].direction()) {
             return;
         }
-        // The length of a step that carries a terminal says nothing of those in which it swings.
+        // A step that charges a terminal from bound to bound has a length that does not suit later steps of an oscillation.
         if bank.schedule.expected.get(lane) == NEVER && bank.schedule.swept >> lane & 1 == 0 {
             let floated = before.iter().filter(|direction| **direction == 0.0).count();
             bank.control.next_by_floating[floated].put(lane, bank.control.next.get(lane));
@@ -98,16 +98,16 @@ impl<'a> Control<'a> {
     }
 }
 
-/// Terms of the Taylor series of a current.
+/// Number of terms of a current's Taylor series.
 const TERMS: usize = 6;
 
-/// Reciprocals of 1, 2, …: n! grows by each.
+/// Reciprocals of the integers from 1 on, with which the terms of a Taylor series are scaled (1/n!).
 const PER: [f64; TERMS] = [1.0, 1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0, 1.0 / 5.0, 1.0 / 6.0];
 
 /// Taylor series of the currents in time, after a change of conduction.
 struct Way {
     axes: [Plane; 3],
-    /// The current in A and its derivatives by time in s.
+    /// The current in A and its time derivatives of order 1 to 5, in A/sⁿ.
     current: [Plane; TERMS],
     /// Lower limit of the square of the frequency at which terminals ring, in 1/s².
     square: f64,
@@ -118,6 +118,8 @@ struct Way {
 }
 
 impl Way {
+    /// Makes the series of a run's currents at its present state. `floats`: which terminals float; `rise`: time derivative of the current
+    /// in A/s.
     fn of<'a, V: Wide>(control: &Control<'a>, bank: &Bank<'a, V>, floats: [bool; 3], rise: Plane) -> Self {
         let bridge = &control.case.inverter.bridge;
         let one = One::of(bank, &bank.here, control.lane);
@@ -155,7 +157,7 @@ impl Way {
     fn carries(&self, k: usize, potential: f64, [low, high]: [f64; 2]) -> (f64, f64) {
         let mut terms = self.current.map(|of| self.axes[k].dot(of));
         if self.leak > 0.0 {
-            // Of the current that discharges the terminal, with its divider's: j = i + C γ v, C v′ = −j.
+            // The series of the whole current that discharges the terminal, including its divider's: j = i + C γ v, C v′ = −j.
             terms[0] += potential * self.capacitance * self.leak;
             for n in 1..TERMS {
                 terms[n] -= self.leak * terms[n - 1];
@@ -168,7 +170,7 @@ impl Way {
         }
         let [current, rise, ..] = terms;
         if rise < 0.0 && current * current < -rise * room.abs().max((high - low) * self.capacitance * TURNS) {
-            // It turns back before, or after so little that the terminal is there already.
+            // The current reverses before the terminal reaches its bound, or before it has moved the terminal noticeably.
             return (f64::INFINITY, f64::INFINITY);
         }
         let constant = room / terms[0];

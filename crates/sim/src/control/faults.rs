@@ -1,4 +1,4 @@
-//! Changes of a run at the instant at which a part breaks, or is whole again.
+//! Changes of a run at the instants at which a part breaks or works again.
 
 use standstill_interface::{Abc, Command, Leg, Stage};
 use standstill_inverter::AXES;
@@ -53,7 +53,7 @@ impl<'a> Control<'a> {
         let current = self.currents(bank);
         let breaks: [bool; 3] = std::array::from_fn(|k| open[k] && !before[k] && current[k].abs() > least);
         if breaks.contains(&true) {
-            // A leg without a device that conducts takes part: an arc lasts longer than its terminal swings.
+            // Legs without a conducting device are interrupted, too: the arc lasts longer than the oscillation of their terminals.
             let idle = |k: usize| bank.machine.legs.direction(lane, k) == 0.0;
             let ends = std::array::from_fn(|k| breaks[k] || idle(k) || current[k].abs() <= least);
             self.interrupt(bank, ends, least);
@@ -64,11 +64,11 @@ impl<'a> Control<'a> {
         self.resolve(bank)
     }
 
-    /// Interrupts the currents of these legs at once, down to `least` in A. The flux changes as a voltage impulse at
-    /// the legs would change it, in several steps where the core saturates, and play cells follow it on a straight path. The arc
-    /// receives the energy that the field loses, less what the cells lose on that path.
+    /// Reduces the currents of these legs to at most `least` in A, at one instant. The flux changes as by a voltage impulse at the legs'
+    /// terminals, found in several Newton steps if the core saturates; play cells follow the flux on a straight path. The arc
+    /// receives the energy that the field loses, less the hysteresis loss on that path.
     fn interrupt<V: Wide>(&mut self, bank: &mut Bank<'a, V>, legs: [bool; 3], least: f64) {
-        // Accounts are kept of one machine alone; their code would have no place among the functions for wide registers.
+        // Only a machine alone has an energy balance; with this constant condition, code for wide registers contains none of it.
         let field = |control: &Self, bank: &Bank<'a, V>| {
             let kept = V::ALONE && control.accounts.is_some();
             kept.then(|| control.moment(bank, &bank.here).energies().field_change)
@@ -85,7 +85,7 @@ impl<'a> Control<'a> {
             let last = bank.here.state.flux.get(lane);
             self.make_zero(bank, legs);
             lost = 1.5 * self.look_after_jump(bank, cells.as_ref());
-            // Cells that slide are softer than stuck ones: a step that was too long for that is halved.
+            // Sliding cells are softer than stuck ones: a Newton step that is too long because of this is halved.
             for _ in 0..if cells.is_some() { MOST_HALVES } else { 0 } {
                 if left(self, bank) < most {
                     break;
@@ -106,7 +106,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Evaluates the machine after its flux jumped, with play cells that were at `before`. Returns their loss divided by 3/2, in J.
+    /// Computes the machine's operating point after a jump of its flux. `before`: play cells before the jump. Returns the cells' loss in
+    /// the jump, divided by 3/2, in J.
     fn look_after_jump<V: Wide>(&self, bank: &mut Bank<'a, V>, before: Option<&Before>) -> f64 {
         let (lane, flux) = (self.lane, bank.here.state.flux.get(self.lane));
         let cells = bank.machine.branch.as_mut().zip(before);

@@ -20,15 +20,16 @@ struct LegSequencer {
     plan: LegPlan,
     /// Requests of finished commands whose edges are still to come.
     left: VecDeque<(Nanos, Gate)>,
-    /// The next request that differs from the previous one, if it has been looked up already.
+    /// The next request whose gate differs from `requested`, if it has been looked up already.
     ahead: Option<(Nanos, Gate)>,
-    /// The last request to the leg's driver, and the last one before the present command.
+    /// The last request that was passed to the leg's gates.
     requested: Gate,
+    /// The last request before the present command.
     before: Gate,
     /// Time of the last change of the request before the present command; none if there was no change.
     changed: Option<Nanos>,
-    /// Whether the gates may have advanced through alternating PWM requests by themselves since this sequencer last
-    /// gave a request.
+    /// Whether the leg's gates advance through alternating PWM requests by themselves, so that this sequencer has to catch up before it
+    /// passes the next request.
     alternates: bool,
     /// Requests to a leg whose switches may fail; none for all other legs.
     faulty: Option<Faulty>,
@@ -46,8 +47,10 @@ struct Faulty {
 }
 
 impl Faulty {
+    /// A leg without requests whose switches work.
     const NONE: Self = Self { lost: [false; 2], under_way: (f64::NEG_INFINITY, Gate::Off), pending: None };
 
+    /// Returns whether the switch that a request turns on fails to turn on at present.
     fn loses(&self, gate: Gate) -> bool {
         match gate {
             Gate::Off => false,
@@ -56,7 +59,7 @@ impl Faulty {
         }
     }
 
-    /// Returns the pending request as the leg carries it out: both switches stay off where the requested one fails.
+    /// Returns the pending request as the leg carries it out: both switches stay off if the requested one fails to turn on.
     fn carried(&self) -> Option<(f64, f64, Gate)> {
         let (off, on, gate) = self.pending?;
         Some(if self.loses(gate) { (off, off, Gate::Off) } else { (off, on, gate) })
@@ -79,7 +82,7 @@ impl LegSequencer {
             && let Some(([high_for, low_for], last)) = self.plan.alternates(self.requested_at(off))
         {
             let dead = on - off;
-            // The next request is not to be lost, whichever gate it is for.
+            // Each request must be long enough to turn its switch on.
             self.alternates = high_for > dead && low_for > dead;
             if self.alternates {
                 let until = last + self.timing.turn_off_delay.0 as f64;
@@ -97,7 +100,7 @@ impl LegSequencer {
         }
     }
 
-    /// Returns whether no request is left.
+    /// Returns whether all requests of this leg have been passed to its gates.
     fn is_idle(&self) -> bool {
         self.ahead.is_none() && self.plan.is_over() && self.left.is_empty()
     }
@@ -113,7 +116,7 @@ impl LegSequencer {
         Nanos(off as u64 - self.timing.turn_off_delay.0)
     }
 
-    /// Returns the next request that differs from the one before, without taking it.
+    /// Returns the next request whose gate differs from the last one's, without taking it: its time and its gate.
     #[inline]
     fn peek(&mut self) -> Option<(Nanos, Gate)> {
         while self.ahead.is_none() {
@@ -123,15 +126,15 @@ impl LegSequencer {
         self.ahead
     }
 
-    /// Takes the next request that differs from the one before: its times of turn-off and turn-on in ns, and the
-    /// gate.
+    /// Takes the next request whose gate differs from the last one's: its times of turn-off and turn-on in ns, and its gate. Both switches
+    /// off if the request is too short to turn its switch on.
     #[inline]
     fn next(&mut self) -> Option<(f64, f64, Gate)> {
         let (at, gate) = self.peek()?;
         self.ahead = None;
         self.requested = gate;
         let off = at + self.timing.turn_off_delay;
-        // The other switch is off by then even where delays are unequal: no shoot-through.
+        // The other switch is off by that time even if the delays are unequal: no shoot-through.
         let on = (at + self.timing.dead_time + self.timing.turn_on_delay).max(off);
         if gate == Gate::Off || self.loses(on.0 as f64) {
             return Some((off.0 as f64, off.0 as f64, Gate::Off));
@@ -139,8 +142,8 @@ impl LegSequencer {
         Some((off.0 as f64, on.0 as f64, gate))
     }
 
-    /// Returns whether the next request turns the leg off before its gate would turn on at a time in ns. Such a pulse
-    /// is too short and never turns the switch on.
+    /// Returns whether the next request turns the leg off before the present one would turn its switch on, at `on` in ns. The present
+    /// request is then too short to have an effect.
     fn loses(&mut self, on: f64) -> bool {
         self.peek().is_some_and(|(at, _)| (at + self.timing.turn_off_delay).0 as f64 <= on)
     }
@@ -161,7 +164,7 @@ fn kept(leg: &Leg<f64>) -> Option<Gate> {
 pub struct GateSequencer {
     sequencers: [LegSequencer; 3],
     start: Nanos,
-    /// Whether [`GateSequencer::changed`] is used: the times of the last changes are noted from command to command.
+    /// Whether the times of the requests' last changes are kept from command to command, for [`GateSequencer::changed`].
     notes_changes: bool,
 }
 
@@ -182,7 +185,7 @@ impl GateSequencer {
         Self { sequencers: timings.map(leg), start: Nanos::ZERO, notes_changes }
     }
 
-    /// Prepares the requests of the next command, which starts where the one before ended.
+    /// Prepares the requests of the next command, whose first request is at `start`; `carrier`: period of the PWM.
     pub fn begin<V: Wide>(
         &mut self,
         legs: &mut Legs<V>,
@@ -241,12 +244,12 @@ impl GateSequencer {
         leg.expect_next(gates, lane);
     }
 
-    /// Prepares a leg whose switches fail at some time of the run.
+    /// Declares that switches of a leg may fail in this run, so that [`Self::lose`] and [`Self::intended`] work for it.
     pub fn may_lose(&mut self, k: usize) {
         self.sequencers[k].faulty = Some(Faulty::NONE);
     }
 
-    /// Sets which switches of a leg, lower and upper, fail to turn on from now on.
+    /// Sets whether the lower and the upper switch of a leg fail to turn on from now on.
     pub fn lose<V: Wide>(&mut self, legs: &mut Legs<V>, lane: usize, k: usize, lost: [bool; 2]) {
         let Some(faulty) = &mut self.sequencers[k].faulty else { return };
         faulty.lost = lost;
@@ -273,7 +276,8 @@ impl GateSequencer {
         })
     }
 
-    /// Returns the next time in ns after `time` at which [`Self::intended`] changes as far as requests are known; [`NEVER`] if none is.
+    /// Returns the next time in ns after `time` at which the result of [`Self::intended`] may change, as far as requests are known;
+    /// [`NEVER`] if there is no such time.
     pub fn next_intended(&self, k: usize, time: f64) -> f64 {
         let Some(faulty) = self.sequencers[k].faulty else { return NEVER };
         let (off, on, _) = faulty.pending.unwrap_or((NEVER, NEVER, Gate::Off));

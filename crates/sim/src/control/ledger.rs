@@ -26,7 +26,7 @@ pub struct Accounts {
 }
 
 impl Accounts {
-    /// Opens the balance at the start of a run.
+    /// Opens the balance at the start of a run: notes the stored energies.
     pub fn open<'a, V: Wide>(control: &Control<'a>, bank: &Bank<'a, V>) -> Self {
         Self { spent: Ledger::default(), stored: control.moment(bank, &bank.here).energies() }
     }
@@ -38,8 +38,8 @@ impl Accounts {
         if h <= 0.0 {
             return;
         }
-        // So many parts that nothing turns by more than a radian in any: neither ringing terminals nor the cogging of a rotor, which
-        // shortens no step of one that is driven.
+        // The step is divided into parts in which neither an oscillation of the terminals nor the cogging torque's phase advances by more
+        // than a radian. (Cogging does not shorten the steps of a driven rotor.)
         let [begin, end] = [&bank.outcome.begin, &tried.end].map(|at| at.state.turned.get(control.lane));
         let periods = control.case.motor.rotor.cogging.map_or(0.0, |cogging| f64::from(cogging.periods));
         let parts = tried.turned(control.lane).max(periods * (end - begin).abs()).ceil().max(1.0);

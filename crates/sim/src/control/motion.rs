@@ -1,4 +1,4 @@
-//! The rotor's motion: held, resting, sliding, and the stops of a brake's play.
+//! Changes of the rotor's motion in a run: it starts, stops, or reaches a stop of its brake's play.
 
 use standstill_numeric::Wide;
 use standstill_plant::Motor;
@@ -14,7 +14,7 @@ use crate::trace::Event;
 const CURRENT_SHARE: f64 = 1.25e-11;
 /// Tolerance of a blocked leg's potential, as a share of the link's voltage.
 const POTENTIAL_SHARE: f64 = 2e-9;
-/// Tolerance of the flux as a share of that at rated current.
+/// Tolerance of the flux, as a share of mean inductance times rated current.
 const FLUX_SHARE: f64 = 1.25e-11;
 /// Tolerance of the angle in rad.
 const ANGLE_SLACK: f64 = 1e-12;
@@ -22,7 +22,7 @@ const ANGLE_SLACK: f64 = 1e-12;
 /// a micronewton metre.
 const SPEED_SLACK: f64 = 1e-6;
 
-/// Tolerance of the torque that starts a rotor, as a share of its stiction. The larger of this tolerance and that of
+/// Tolerance of the torque that starts a rotor, as a share of its stiction. The larger of this and the tolerance by
 /// [`TORQUE_SHARE`] applies.
 const STICTION_SHARE: f64 = 1e-4;
 /// Tolerance of the torque that starts a rotor, as a share of the torque at rated current.
@@ -33,9 +33,9 @@ pub(super) fn flux_slack(motor: &Motor) -> f64 {
     FLUX_SHARE * motor.winding.mean_inductance * motor.rated_current
 }
 
-/// Returns the magnitude in A below which a current may be set to zero at the end of its mode. It is ten times the
-/// larger of two values. One is the error of a step, because the cubic that located the end belongs to a longer step.
-/// The other is the tolerance of the guard, at half of which the end is located.
+/// Returns the magnitude in A up to which a current may be set to zero at the end of its mode: ten times the larger of two
+/// values. The first is the error of a step, because the end was located on the cubic of a longer step. The second is
+/// the tolerance of the guard, because the end is located at half of this tolerance.
 fn ended(case: &Case) -> f64 {
     let winding = &case.motor.winding;
     let least = winding.d_axis_inductance().min(winding.q_axis_inductance());
@@ -71,7 +71,7 @@ impl<'a> Control<'a> {
         let resolve = |contact| Motion::resolve(&case.motor.rotor, speed, torque, contact);
         let motion = match case.rotor {
             _ if !can_move(case.rotor) => Motion::Held,
-            // No friction stops it, and no torque turns it round.
+            // A driven rotor moves whatever friction and torque are.
             RotorState::Driven => Motion::Floating,
             RotorState::Braked(Play { above: 0.0, .. }) => resolve(Contact::Upper),
             RotorState::Braked(Play { below: 0.0, .. }) => resolve(Contact::Lower),
@@ -130,10 +130,10 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Changes the rotor's motion after it stopped, started, or ran into the end of the brake's play.
+    /// Changes the rotor's motion after it stopped, started, or ran into an end of the brake's play (`stopped`).
     pub(super) fn change_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>, stopped: bool) {
         let lane = self.lane;
-        // A rotor whose torque falls short by the slack must not leave a stop into it.
+        // A rotor at a stop whose torque is below its stiction by less than the tolerance must not move into the stop.
         let mut contact = touched(self.motion);
         if stopped {
             if V::ALONE

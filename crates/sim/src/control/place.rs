@@ -11,7 +11,7 @@ use crate::physics::gates::NEVER;
 use crate::step::error::REMEMBERED;
 
 impl<'a> Control<'a> {
-    /// Writes the machine at rest into its lane. Returns whether the play cells of the iron make a torque at rest.
+    /// Writes the case's machine, at rest, into its lane. Returns whether the play cells of the iron make a torque at rest.
     pub(super) fn put<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> bool {
         let Case { motor, inverter, start_angle, load_torque, .. } = &self.case;
         let lane = self.lane;
@@ -47,7 +47,7 @@ impl<'a> Control<'a> {
         pulls
     }
 
-    /// Writes tolerance, length and counters of the machine's steps into its lane.
+    /// Sets the tolerance and the first length of the machine's steps in its lane, and its counters to zero.
     fn put_steps<V: Wide>(&self, bank: &mut Bank<'a, V>) {
         let Case { motor, tolerance, sensors, .. } = &self.case;
         let (lane, longest) = (self.lane, self.longest_step());
@@ -81,10 +81,9 @@ impl<'a> Control<'a> {
         bank.schedule.live |= 1 << lane;
     }
 
-    /// Returns the longest step in ns: the shortest of the winding's shorter time constant, a fraction of the ripple's
-    /// period (where a capacitor or a filter follows the ripple), and a fraction of a sag. In a step longer than the
-    /// time constant, the values and slopes at both ends say too little about the values between them, and the error
-    /// estimate may be zero by accident.
+    /// Returns the longest step in ns: the least of the winding's shorter time constant, an eighth of the ripple's period (if a
+    /// capacitor or a filter follows the ripple), and 1/64 of a sag's duration. In a step longer than the time constant, values
+    /// and slopes at both ends do not determine the values between them, and the error estimate may be zero by accident.
     fn longest_step(&self) -> f64 {
         let motor = self.case.motor;
         let winding = &motor.winding;

@@ -13,7 +13,7 @@ const NEVER: Nanos = Nanos(u64::MAX);
 pub enum Task {
     /// The leg keeps its gates.
     Keep(Gate),
-    /// In each carrier period the leg is low for `idle`, high for `on`, and low for the rest.
+    /// Pulse-width modulation: in each carrier period the leg is low for `idle`, high for `on`, and low for the rest.
     Modulate { idle: Nanos, on: Nanos },
     /// The leg switches once, `at` after the begin of the stage.
     Once { from: Gate, at: Nanos, to: Gate },
@@ -49,7 +49,7 @@ impl Task {
     }
 }
 
-/// One leg's requests over one command, in order of time. Repetitions of the request before are left out.
+/// One leg's requests over one command, in order of time: one at the begin of each stage, and further ones only where the gate changes.
 #[derive(Clone, Copy, Debug)]
 pub struct LegPlan {
     /// The leg's tasks in the two stages.
@@ -80,7 +80,7 @@ impl LegPlan {
         gate: Gate::Off,
     };
 
-    /// Makes the plan of a leg with these tasks in the two stages of a command.
+    /// Makes the plan of a leg with these tasks in the two stages of a command; `ends`: ends of the two stages.
     pub fn new(tasks: [Task; 2], start: Nanos, ends: [Nanos; 2], carrier: Nanos) -> Self {
         Self { tasks, start, ends, carrier, stage: 0, opens: true, at: start, gate: tasks[0].first() }
     }
@@ -140,12 +140,12 @@ impl LegPlan {
 
     /// Returns the intervals of alternating PWM requests: the durations in ns of requests for the upper and for the
     /// lower switch, and the latest time in ns of a request that at least two more follow. None if the requests do not
-    /// alternate. `at`: the time of the request two before the next one.
+    /// alternate. `at`: time of the request that is two places before the plan's next one.
     pub fn alternates(&self, at: Nanos) -> Option<([f64; 2], f64)> {
         let Some(Task::Modulate { idle, on }) = self.tasks.get(self.stage) else { return None };
         let begin = if self.stage == 0 { self.start } else { self.ends[0] };
         let (on, off) = (on.0, self.carrier.0 - on.0);
-        // The opening request waits for half of what the others do.
+        // After the first request of a stage, the time to the next one is different (half of the usual one).
         if *idle == Nanos::ZERO || self.at.0 != at.0 + self.carrier.0 || at < begin {
             return None;
         }
@@ -153,7 +153,7 @@ impl LegPlan {
         Some(([on as f64, off as f64], last as f64))
     }
 
-    /// Continues the plan after a request of the present stage.
+    /// Continues the plan after the request for `gate` at `at`, which must be in the present stage.
     pub fn go_on_after(&mut self, at: Nanos, gate: Gate) {
         (self.at, self.gate, self.opens) = (at, gate, false);
         self.advance();
@@ -184,7 +184,7 @@ impl LegPlan {
     pub fn changed(&self, before: Gate, at: Nanos) -> Option<Nanos> {
         let (last, end) = (at - Nanos(1), self.ends[0]);
         let first = self.changed_in(0, before, last.min(end - Nanos(1)));
-        // A first stage without duration still has its request.
+        // A first stage without duration still makes its first request.
         let held = if end > self.start { self.requested(end) } else { self.tasks[0].first() };
         let second = if last < end { None } else { self.changed_in(1, held, last) };
         second.or(first)
@@ -196,7 +196,7 @@ impl LegPlan {
         let passed = last - begin;
         let within = match self.tasks[stage] {
             Task::Once { from, at, to } if from != to && passed >= at => Some(at),
-            // A gap of a nanosecond cannot be centred: the leg stays high.
+            // If `idle` is zero, the gap (1 ns) cannot be centred, and the leg stays high.
             Task::Modulate { idle, on } if idle > Nanos::ZERO => {
                 let (periods, place) = (passed.0 / self.carrier.0, passed.0 % self.carrier.0);
                 let edge = |period: u64, after: Nanos| Some(self.carrier * period + after);
@@ -214,16 +214,20 @@ impl LegPlan {
     }
 }
 
-// A duty between 0 and 1 of a carrier period is a small non-negative number.
+/// Returns the time for which a leg with this duty cycle, limited to the range from 0 to 1, is high in each carrier period.
+// A time between 0 and a carrier period fits into u64.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub fn on_time(duty: f64, carrier: Nanos) -> Nanos {
     Nanos((duty.clamp(0.0, 1.0) * carrier.0 as f64).round() as u64)
 }
 
-/// Largest number of samples of a command. No method needs as many, and they fit into memory.
+/// Largest number of samples of a command: more than any method needs, and few enough for the memory.
 const MOST_SAMPLES: u32 = 1 << 20;
 
-/// Checks whether a command can be carried out.
+/// Checks whether a command can be carried out; `carrier`: period of the PWM, zero on a drive without PWM.
+///
+/// # Errors
+/// [`RunError::BadCommand`] or [`RunError::BadDuty`] if it cannot.
 pub fn validate(command: &Command<f64>, carrier: Nanos) -> Result<(), RunError> {
     let duration = command.duration();
     let sampling = command.sampling;

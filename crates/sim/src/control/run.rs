@@ -1,4 +1,4 @@
-//! One run: after each step it carries out all that is due at the instant, and returns what the run needs next: a step,
+//! One run. After each step it carries out all that is due at the present instant, and returns the run's next need: a step
 //! or a command.
 //!
 //! ```text
@@ -24,7 +24,7 @@ use crate::physics::motion::Motion;
 use crate::sensing::{LowPass, Sampler};
 use crate::trace::{Event, Probe};
 
-/// What a run needs next from its caller.
+/// The next need of a run, which its caller must meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Want {
     /// A step of the run's machine.
@@ -50,17 +50,17 @@ pub struct Control<'a> {
     pub(super) lane: usize,
     pub(super) probe: Option<&'a mut dyn Probe>,
     pub(super) sequencer: GateSequencer,
-    /// Conduction modes and gates that the observer was shown last.
+    /// Conduction modes and gates at the observer's last snapshot.
     pub(super) shown: (Modes, [Gate; 3]),
     pub(super) motion: Motion,
-    /// Sides of zero of ψ_d and ψ_q, +1 or −1, where the core has kinks there; else 0.
+    /// Signs of ψ_d and ψ_q, +1 or −1, if the core has a kink at zero of that flux; else 0.
     pub(super) sides: [f64; 2],
     pub(super) course: Course,
     pub(super) sampler: Sampler<'a>,
     pub(super) link_filter: Option<LowPass>,
     pub(super) terminal_filters: Option<[LowPass; 3]>,
     pub(super) comparators: Option<Watching<'a>>,
-    /// Time in ns of the next instant at which a part breaks or is whole again.
+    /// Time in ns of the next instant at which a part breaks or works again.
     pub(super) breaks: f64,
     /// Number of commands so far; counted only in cases with faults.
     commands: u32,
@@ -68,23 +68,27 @@ pub struct Control<'a> {
     pub(super) deaf: bool,
     /// The readings of the last command, as far as its samples have been converted.
     pub(super) readings: Vec<Reading<f64>>,
+    /// Number of events since the last instant or since `counted_from`, whichever is later.
     events: u32,
     /// Time in ns of the first of the counted events.
     counted_from: f64,
+    /// Number of segments so far: see [`Work`].
     pub(super) segments: u64,
+    /// Number of events since the start of the run.
     all_events: u64,
     pub(super) accounts: Option<Accounts>,
     /// Time in ns at which the modes of legs without current were found last.
     pub(super) found: f64,
     /// Whether time has passed since the link's voltage was last updated.
     pub(super) stale: bool,
+    /// Whether the run has not begun, so that the observer has not seen its initial state.
     first: bool,
-    /// The error of a case without an initial state, with which its first command ends; none if the state exists.
+    /// Error with which the first command ends if the case has no initial state (its iron's remanence cannot be balanced); else none.
     pub(super) nowhere: Option<RunError>,
 }
 
 impl<'a> Control<'a> {
-    /// Puts a case at rest into a lane of a bank that fits it. Only a machine alone can have an observer and a ledger.
+    /// Begins the run of a case, at rest, in a lane of a bank of its kind. Observer and ledger are possible only in a bank with one lane.
     pub fn new<V: Wide>(
         case: Case<'a>,
         bank: &mut Bank<'a, V>,
@@ -207,7 +211,7 @@ impl<'a> Control<'a> {
     pub fn resume<V: Wide>(&mut self, bank: &mut Bank<'a, V>, out_of_bounds: bool) -> Want {
         let lane = self.lane;
         let mut ended = Ok(());
-        // Between instants the step itself looks for requests carried out.
+        // At an ordinary instant, the step has found by itself which requests have been carried out.
         let plain = !out_of_bounds && bank.schedule.to_mode_end >> lane & 1 == 0;
         let [a, b, c] = bank.outcome.served.carried_out;
         let carried_out = !plain || (a | b | c) >> lane & 1 == 1;
@@ -241,7 +245,7 @@ impl<'a> Control<'a> {
         if !stuck || self.found >= self.time(bank) || !self.conducts_nothing(bank) {
             return Want::Over(error);
         }
-        // Nothing of the steps that were tried holds for the modes that follow.
+        // The results of the rejected steps do not apply to the modes that follow.
         bank.schedule.to_mode_end &= !(1 << self.lane);
         bank.control.refused.put(self.lane, 0.0);
         match self.count_event(bank).and_then(|()| self.resolve(bank)) {
@@ -250,8 +254,11 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Counts an event. Refuses more than [`MOST_EVENTS`] within [`NO_TIME`]; spread over a longer time, many events
-    /// are legitimate: ringing terminals and iron with hysteresis end many modes.
+    /// Counts an event. More than [`MOST_EVENTS`] within [`NO_TIME`] are an error; over a longer time, many events are legitimate,
+    /// because ringing terminals and iron with hysteresis end many modes.
+    ///
+    /// # Errors
+    /// [`RunError::Chatter`].
     fn count_event<V: Wide>(&mut self, bank: &Bank<'a, V>) -> Result<(), RunError> {
         let time = self.time(bank);
         if time > self.counted_from + NO_TIME {
@@ -269,7 +276,7 @@ impl<'a> Control<'a> {
         if std::mem::take(&mut self.first) {
             self.show_here(bank);
         }
-        // Whether nothing but an edge of a gate lets legs without current conduct.
+        // Whether only a gate edge can let legs without current conduct.
         let mut undriven = false;
         loop {
             let time = self.time(bank);
@@ -299,7 +306,7 @@ impl<'a> Control<'a> {
             if std::mem::take(&mut carried_out) {
                 self.carry_out_requests(bank, time);
             }
-            // Only beside a ledger: three looks an instant cost a trial 3 %.
+            // Checked only in runs with a ledger: the check takes 3 % of a trial's time.
             let looks = self.accounts.is_some();
             assert!(!looks || (0..3).all(|k| !self.is_carried_out(bank, time, k)), "a request was missed");
             let capacitive = bank.machine.legs.elastance.is_some();

@@ -1,4 +1,4 @@
-//! The samples of a run: their instants and the values taken there.
+//! The samples of a run: their instants, and the values that are taken at them.
 
 use standstill_interface::{Nanos, Reading};
 use standstill_inverter::Gate;
@@ -11,7 +11,7 @@ use crate::lanes::bank::Bank;
 use crate::sensing::Instant;
 use crate::trace::Event;
 
-/// Room for readings and samples, handed on from run to run. Its contents are not used.
+/// Allocated memory for readings and samples, which the next run in a lane reuses. Its contents are not used.
 #[derive(Debug, Default)]
 pub struct Room {
     pub(super) readings: Vec<Reading<f64>>,
@@ -19,7 +19,7 @@ pub struct Room {
 }
 
 impl<'a> Control<'a> {
-    /// Returns the run's room for those that follow.
+    /// Returns the run's allocated memory, for the next run.
     pub fn into_room(self) -> Room {
         Room { readings: self.readings, taken: self.sampler.into_room() }
     }
@@ -30,15 +30,15 @@ impl<'a> Control<'a> {
         let last = pending.map_or(start, |(_, at)| at);
         self.course.pending = (number < sampling.count).then(|| {
             let nominal = sampling.trigger(number);
-            // Jitter may bring two triggers out of order; a converter takes them one after the other.
+            // Jitter may exchange two triggers, but a converter takes them in order.
             (nominal, self.sampler.instant(start + nominal, start, end).max(last))
         });
         self.course.number += 1;
     }
 
-    /// Returns whether samples are interpolated within steps. Filters are as exact within a step as at its ends, and
-    /// their outputs do not act on the machine, so steps need not end at samples. Steps do end at samples where a
-    /// capacitor or a filter stores the link's voltage, or where a sample depends on a request.
+    /// Returns whether samples may lie within steps. The filters' outputs are as exact within a step as at its ends, and do not act
+    /// on the machine, so steps need not end at samples. Steps end at samples if a capacitor or a filter stores the link's
+    /// voltage, or if a sample depends on a request to the legs.
     pub(super) fn reads_within<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
         let settings = &self.case.sensors.settings;
         settings.bandwidth.is_some()
@@ -57,7 +57,7 @@ impl<'a> Control<'a> {
             && self.reads_within(bank)
             && let Some(sensed) = &bank.sensed
         {
-            // Those of the phases that are still to come, which may be later than the step.
+            // Times of the phases that have not been taken; they may be later than the step.
             let (first, skew) = (self.course.taken, self.case.sensors.settings.skew);
             let mut times = [at; 3];
             for k in first + 1..3 {
@@ -66,7 +66,7 @@ impl<'a> Control<'a> {
             let times = times.map(|time| time.0 as f64);
             let current = sensed.within(self.lane, times);
             let dc_link = bank.machine.links.source_of(self.lane, times[first] * 1e-9).voltage;
-            // Taken with the first phase.
+            // The terminals are taken together with the first phase.
             let divided = if first == 0 { sensed.divided_within(self.lane, times[0]) } else { None };
             let terminal = divided.unwrap_or_default();
             for time in &times[first..] {
@@ -104,7 +104,7 @@ impl<'a> Control<'a> {
         let settings = &self.case.sensors.settings;
         let (mut current, mut requests) = (self.currents(bank), ([Gate::Off; 3], [true; 3]));
         if settings.arrangement.follows_legs() {
-            // The drive knows its requests at the trigger and at each further conversion, not when the sample was really taken.
+            // The drive goes by its requests at the nominal time of the trigger and of each further conversion.
             let later = settings.conversion * u64::from(self.course.conversions);
             let at = (self.course.start + nominal + later).min(self.course.end);
             requests = (self.sequencer.requested(at), self.settled(at));
@@ -121,9 +121,9 @@ impl<'a> Control<'a> {
         self.take::<V>(nominal, self.time(bank), current, dc_link, terminal, requests);
     }
 
-    /// Returns for each leg whether the drive takes the amplifier of its shunt to have settled at `at`, a time of this
-    /// command. It has settled when the dead time and the settling time have passed since the last request to the leg;
-    /// for a shunt in the DC link, since the last request to any leg.
+    /// Returns for each leg whether the drive assumes that the amplifier of its shunt has settled at `at`, a time of this command:
+    /// the dead time and the settling time have passed since the last change of the request to the leg. For a shunt in the
+    /// DC link, this must hold for all legs.
     fn settled(&self, at: Nanos) -> [bool; 3] {
         let settings = &self.case.sensors.settings;
         if settings.settle == Nanos::ZERO {
@@ -140,9 +140,9 @@ impl<'a> Control<'a> {
         settled
     }
 
-    /// Takes the values at a time in ns: currents in A, the link's voltage in V and the terminals' voltages in V.
-    /// Returns whether all phases have been taken. The last argument has the requested gates, and whether each
-    /// leg's amplifier has settled.
+    /// Takes values at a time in ns into the pending sample: currents in A, the link's voltage in V and the terminals' voltages in V.
+    /// `requested`: requests to the legs; `settled`: whether each leg's amplifier has settled. Returns whether all phases of
+    /// the conversion have been taken.
     fn take<V: Wide>(
         &mut self,
         nominal: Nanos,
@@ -160,7 +160,7 @@ impl<'a> Control<'a> {
         let mut current = current;
         let open = self.case.inverter.bridge.disconnected;
         if open != [false; 3] && !settings.arrangement.follows_legs() {
-            // Behind an open wire a sensor has nothing to read, though the winding may ring with the cable's capacitance.
+            // A sensor on the drive's side of an open wire reads no current, even if the winding rings with the cable's capacitance.
             current = std::array::from_fn(|k| if open[k] { 0.0 } else { current[k] });
         }
         let Some((current, dc_link)) = self.course.converted(current, dc_link, skew) else { return false };
@@ -180,8 +180,8 @@ impl<'a> Control<'a> {
         true
     }
 
-    /// Returns whether a sample only reads currents and the link's voltage as they are, and nothing but ends of modes, edges
-    /// of gates, samples and ends of commands are instants of the run.
+    /// Returns whether the samples of this run are plain: each one only reads the unfiltered currents and link voltage, and the run has
+    /// no other instants than ends of modes, gate edges, samples and ends of commands.
     pub(super) fn has_plain_samples<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
         let settings = &self.case.sensors.settings;
         let link = &self.case.inverter.link;
@@ -200,8 +200,8 @@ impl<'a> Control<'a> {
             && link.storage.is_none()
     }
 
-    /// Takes the plain sample that is due after a step under current, and sets the next instant. Returns whether that is
-    /// all there is to do.
+    /// Takes the plain sample that is due after a step with current, and sets the next instant. Returns whether nothing else is due,
+    /// so that the next step can be taken.
     #[inline]
     pub(super) fn passes_sample<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> bool {
         let lane = self.lane;
@@ -223,7 +223,7 @@ impl<'a> Control<'a> {
         true
     }
 
-    /// Takes the plain samples that are due up to a time in ns before which nothing else happens to a drive at rest.
+    /// Takes the plain samples that are due up to `until` in ns, for a machine at rest without other instants before that time.
     pub(super) fn sample_at_rest<V: Wide>(&mut self, bank: &Bank<'a, V>, until: f64) {
         let mut passed = self.time(bank);
         let mut current = None;
@@ -257,19 +257,19 @@ impl<'a> Control<'a> {
         let (known, time) = (self.readings.len(), self.sampler.last_taken());
         self.sampler.convert::<V>(&mut self.readings);
         if let Some(probe) = &mut self.probe {
-            // An observer is shown each sample by itself.
+            // With an observer, samples are converted one by one, so this time is that of the only reading.
             for reading in &self.readings[known..] {
                 probe.event(time * 1e-9, Event::Sample(*reading));
             }
         }
     }
 
-    /// Returns the readings that have been converted.
+    /// Returns the readings that have been converted, without converting the pending samples.
     pub fn readings(&self) -> &[Reading<f64>] {
         &self.readings
     }
 
-    /// Returns the readings of the command so far.
+    /// Converts the samples taken so far, and returns all readings of the present command.
     pub fn read<V: Wide>(&mut self) -> &[Reading<f64>] {
         self.read_out::<V>();
         &self.readings

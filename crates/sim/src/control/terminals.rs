@@ -13,16 +13,16 @@ use crate::case::RunError;
 use crate::guard::POTENTIAL_DEEP;
 use crate::lanes::bank::Bank;
 
-/// Width between the bounds of a terminal, as a share of the link's voltage, below which both bounds count as one. A
-/// leg at such a bound conducts for either sign of its current.
+/// Distance between the two bounds of a terminal's potential, as a share of the link's voltage, up to which they count as one
+/// bound. A leg at such a bound conducts for either sign of its current.
 const ONE_BOUND: f64 = 1e-9;
 
-/// Time in s within which a current must exceed the currentless threshold for its leg to begin to conduct.
+/// A leg whose current is zero begins to conduct only if the slope of the current takes it beyond [`NO_CURRENT`] within this time in s.
 const SOON: f64 = 1e-6;
 
 impl<'a> Control<'a> {
-    /// Returns whether a leg is at the end of its mode: its current is within a step's error of zero, or its
-    /// potential within [`Self::near`] of a bound.
+    /// Returns whether a leg is at the end of its mode: the current of a conducting leg is within a step's error of zero, or the
+    /// potential of another leg is within [`Self::near`] of a bound.
     pub(super) fn is_at_end<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize, shortest: f64) -> bool {
         let direction = bank.machine.legs.direction(self.lane, leg);
         if direction != 0.0 || bank.machine.legs.elastance.is_none() {
@@ -42,13 +42,13 @@ impl<'a> Control<'a> {
         if self.found == time { (time.next_up() - time) * 1e-9 } else { 0.0 }
     }
 
-    /// Returns the current in A through a divider at a terminal with this potential in V.
+    /// Returns the current in A through the divider of a terminal with this potential in V; zero without a divider.
     fn taken(&self, potential: f64) -> f64 {
         self.case.sensors.settings.load().map_or(0.0, |resistance| potential / resistance)
     }
 
-    /// Returns the current in A that a leg's device carries beside the leg's own: of the terminal that follows the
-    /// link's voltage, and of its divider.
+    /// Returns the current in A that a leg's device carries in addition to the phase current: the current that charges the terminal's
+    /// capacitance as the link's voltage changes, and the divider's. `direction`: sign of the phase current.
     fn beside<V: Wide>(&self, bank: &Bank<'a, V>, direction: f64, leg: usize) -> f64 {
         let following = self.following(bank, direction, leg);
         if bank.machine.legs.leak.is_none() {
@@ -61,8 +61,8 @@ impl<'a> Control<'a> {
         following + devices.clamp(mode).map_or(0.0, |clamp| self.taken(clamp.potential(link, current)))
     }
 
-    /// Returns the capacitive current in A through a leg's device, by which its terminal follows the link's voltage.
-    /// The device is the one that carries a current of this direction.
+    /// Returns the current in A that charges a terminal's capacitance through a device at the upper rail as the link's voltage changes;
+    /// zero for a device at the lower rail. The device is the one that carries a phase current of this direction.
     fn following<V: Wide>(&self, bank: &Bank<'a, V>, direction: f64, leg: usize) -> f64 {
         let bridge = &self.case.inverter.bridge;
         let gate = bank.machine.legs.gates[leg].of(self.lane, self.time(bank));
@@ -83,8 +83,8 @@ impl<'a> Control<'a> {
         bridge.terminal_capacitance * rise
     }
 
-    /// Returns the slope in A/s of [`Self::following`] for a leg at the upper rail, while the currents of the legs
-    /// change by `slopes` in A/s.
+    /// Returns the time derivative in A/s of the current that [`Self::following`] returns; `slopes`: time derivatives of the legs'
+    /// currents in A/s.
     fn following_slope<V: Wide>(
         &self,
         bank: &Bank<'a, V>,
@@ -109,7 +109,8 @@ impl<'a> Control<'a> {
             / storage.capacitance
     }
 
-    /// Returns the distance in V from its bound within which a potential counts as at the bound. No potential is at both bounds.
+    /// Returns the largest distance in V from a bound at which a leg's potential counts as being at the bound; less than half of the
+    /// distance between the bounds, unless the potential changes by more within `shortest` in s.
     fn near<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize, shortest: f64) -> f64 {
         let [low, high] = self.band(bank, leg);
         let mut near = (bank.bounds.slack.blocked.get(self.lane) * POTENTIAL_DEEP).min((high - low) / 4.0);
@@ -121,18 +122,19 @@ impl<'a> Control<'a> {
         near
     }
 
+    /// Returns the potentials in V, lower and upper bound, beyond which a device of a leg begins to conduct.
     fn band<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize) -> [f64; 2] {
         let gate = bank.machine.legs.gates[leg].of(self.lane, self.time(bank));
         let (low, high) = self.case.inverter.bridge.bounds_of(leg, gate, bank.here.state.link.get(self.lane));
         [low, high]
     }
 
-    /// Finds the conduction modes from gates, potentials and currents. A switch that turns on takes its terminal's
-    /// potential to the nearer of its bounds at once; a current that flows out of the leg at the lower bound, or into
-    /// the leg at the upper one, flows through a device; all other currents charge their terminals.
+    /// Finds the conduction modes from gates, potentials and currents. A potential beyond its bounds, as after a switch has
+    /// turned on, moves to the nearer bound at once. A current that flows out of the leg at the lower bound, or into the
+    /// leg at the upper bound, flows through a device; all other currents charge their terminals.
     ///
-    /// A current that passes through zero within the `shortest` time in s counts as zero: the sign of its slope
-    /// decides, not its own sign.
+    /// A current that passes through zero within `shortest` in s counts as zero: the sign of its slope decides, not the
+    /// sign of the current.
     pub(super) fn settle_terminals<V: Wide>(
         &mut self,
         bank: &mut Bank<'a, V>,
@@ -154,8 +156,8 @@ impl<'a> Control<'a> {
         });
         let bridge = self.case.inverter.bridge;
         let kind = bridge.devices.kind;
-        // A leg's current, with what its terminal takes to follow the link and its divider, decides; where there is none, how it changes. A way that a
-        // current does not flow yet would end before it began, over and over up to the next edge.
+        // The current of the leg's device decides: phase current, capacitive current and divider's current. If it is zero, its slope
+        // decides. A mode against the direction of the current would end before it began, over and over up to the next edge.
         let carried: [[f64; 2]; 3] =
             std::array::from_fn(|k| [1.0, -1.0].map(|way| current[k] + self.beside(bank, way, k)));
         let is_one = |k: usize| bands[k][1] - bands[k][0] <= ONE_BOUND * link;
@@ -165,15 +167,15 @@ impl<'a> Control<'a> {
         };
         let damped = bridge.terminal_resistance > 0.0;
         let least = NO_CURRENT * self.case.motor.rated_current;
-        // `slopes`: of the leg's current with what its terminal takes, either way.
+        // `slopes`: slopes of the device's current in A/s, for current out of the leg and into it.
         let mode = |k: usize, slopes: [f64; 2]| {
             let [low, high] = bands[k];
             if is_one(k) {
-                // The same whichever way its current flows.
+                // With one bound only, the leg conducts for either direction of its current.
                 let way = if again && is_none(k, 0, slopes[0]) { slopes[0] } else { carried[k][0] };
                 return if way < 0.0 { kind.inflow(gates[k]) } else { kind.outflow(gates[k]) };
             }
-            // A slope that makes no current for a while is what the resistance makes of rounding: no device conducts for it.
+            // So small a slope is a rounding error times the resistance: it makes no device conduct.
             let rises = slopes.map(|slope| if damped && slope.abs() * SOON <= least { 0.0 } else { slope });
             let way = |way: usize| if is_none(k, way, slopes[way]) { rises[way] } else { carried[k][way] };
             if way(0) > 0.0 && held[k] <= low + near[k] {
@@ -187,9 +189,9 @@ impl<'a> Control<'a> {
         let potential_in = |k: usize, mode: Conduction| {
             bridge.devices.clamp(mode).map_or(held[k], |clamp| clamp.potential(link, current[k]))
         };
-        // What becomes of legs that carry a current does not depend on how currents change, but these depend on it: a current that
-        // has found a device meets that, and no resistance of what rings any more. Nor does one that may be about to: by the slope
-        // behind the resistance its device would begin to conduct at once, and by the one without it end at once.
+        // The modes of legs with a current do not depend on the slopes of the currents, so they are found first; the slopes depend on
+        // these modes. The ringing resistance acts only in legs that certainly have no conducting device. In an undecided leg, the slope
+        // with that resistance would let a device begin to conduct at once, and the slope without it would end this at once.
         let undecided = |k: usize| !is_one(k) && (is_none(k, 0, 0.0) || is_none(k, 1, 0.0));
         let mut modes: Modes = std::array::from_fn(|k| mode(k, [0.0; 2]));
         let behind: [f64; 3] = std::array::from_fn(|k| {
@@ -210,8 +212,8 @@ impl<'a> Control<'a> {
         Ok(())
     }
 
-    /// Charges terminals through their devices at once: those of conducting legs to the potentials of their devices, the others to
-    /// their bounds where they are beyond these. `current`: currents of the legs in A.
+    /// Charges terminals through their devices at this instant: terminals of conducting legs to the potentials of their devices, others
+    /// that are beyond a bound to this bound. `current`: currents of the legs in A.
     fn join<V: Wide>(&mut self, bank: &mut Bank<'a, V>, modes: Modes, gates: [Gate; 3], current: [f64; 3]) {
         let lane = self.lane;
         let (bridge, storage) = (&self.case.inverter.bridge, self.case.inverter.link.storage);

@@ -1,5 +1,4 @@
-//! The observer of a run, and everything that follows the inside of its steps: snapshots, sensor filters, and the
-//! energy balance.
+//! The observer of a run and its snapshots. Also the filters and the energy balance, which need values within steps.
 
 use standstill_interface::Phase;
 use standstill_inverter::{Gate, Modes};
@@ -11,7 +10,8 @@ use crate::step::two_derivative::Here;
 use crate::trace::{Event, Snapshot};
 
 impl<'a> Control<'a> {
-    /// Follows the step that was just accepted; `thirds`: the states of the machines at one and two thirds of the step.
+    /// Advances filters, energy balance and observer over the step that was just accepted; `thirds`: the states of the machines at one
+    /// and two thirds of the step.
     pub fn follow<V: Wide>(&mut self, bank: &Bank<'a, V>, thirds: &[Here<V>; 2]) {
         if let Some(filter) = &mut self.link_filter {
             let points = [&bank.outcome.begin, &thirds[0], &thirds[1], &bank.outcome.tried.end]
@@ -34,7 +34,7 @@ impl<'a> Control<'a> {
         self.probe.as_ref().and_then(|probe| probe.resolution())
     }
 
-    /// Shows the observer the step just accepted, and the gate edges within it.
+    /// Passes snapshots within the step just accepted, and the gate edges within it, to the observer.
     fn watch<V: Wide>(&mut self, bank: &Bank<'a, V>) {
         let Some(resolution) = self.resolution() else { return };
         let (begin, end) =
@@ -65,8 +65,8 @@ impl<'a> Control<'a> {
         self.show_change(bank);
     }
 
-    /// Returns the first gate edge before a time in ns, searched in each leg after that leg's own time. The result is
-    /// the leg, the time of the edge, and the new gate.
+    /// Returns the first gate edge before the time `before` in ns and after the time `after` in ns of its leg: number of the leg, time
+    /// in ns of the edge, and new gate.
     fn next_gate<V: Wide>(
         &self,
         bank: &Bank<'a, V>,
@@ -82,8 +82,8 @@ impl<'a> Control<'a> {
         ahead.min_by(|(_, a, _), (_, b, _)| a.total_cmp(b))
     }
 
-    /// Reports the gates that have switched and the devices that have begun or ceased to conduct. Shows the observer
-    /// the machine before and after the change.
+    /// Reports gates and conduction modes that have changed since the last report to the observer, with a snapshot before and one
+    /// after the change.
     #[inline]
     pub(super) fn show_change<V: Wide>(&mut self, bank: &Bank<'a, V>) {
         if V::ALONE && self.probe.is_some() {
@@ -114,7 +114,7 @@ impl<'a> Control<'a> {
         self.show_now(bank);
     }
 
-    /// Advances the observer and the sensors' filters over a time in which nothing happens, up to a time in ns.
+    /// Advances the observer and the sensors' filters over a time in which the machine rests, up to `until` in ns.
     pub(super) fn watch_waiting<V: Wide>(&mut self, bank: &mut Bank<'a, V>, until: f64) {
         if bank.sensed.is_some() || bank.control.follow {
             self.follow_waiting(bank, until);
@@ -127,7 +127,7 @@ impl<'a> Control<'a> {
         let h = (until - begin) * 1e-9;
         bank.rest_sensors(self.lane, h);
         let link = &self.case.inverter.link;
-        // A filter takes a cubic through four points: too few for a ripple of which a long wait has several periods.
+        // A filter's input is a cubic through four points; a long wait with several periods of the ripple is therefore divided.
         let ripples = link.ripple != 0.0;
         let parts = if ripples { (8.0 * h * link.ripple_frequency).ceil().max(1.0) } else { 1.0 };
         self.rest_dividers(bank, begin, until, parts);
@@ -231,7 +231,7 @@ impl<'a> Control<'a> {
         let Outcome { begin, begin_branch, tried, .. } = &bank.outcome;
         let passed = bank.here.time.get(lane) > here.time.get(lane);
         if let Some(branch) = if passed { begin_branch } else { &bank.machine.branch } {
-            // Within a step the branch follows the path of the flux, which began in this direction.
+            // Within a step, the play cells follow the path of the flux, which has this tangent at the step's beginning.
             let along = tried.change[0].flux * ((here.time - begin.time) * 1e-9);
             core = core - branch.at(state.flux, passed.then_some(along)).current;
         }

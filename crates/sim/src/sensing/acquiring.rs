@@ -1,22 +1,21 @@
-//! The converters' sampling capacitors behind the sensors' filters, of machines side by side.
+//! The converters' sampling capacitors, which follow the outputs of the sensors' filters; for machines side by side.
 
 use standstill_numeric::Wide;
 
 use super::filters::Filters;
 
-/// The converters' sampling capacitors, of time constant ρ, behind the sensors' filters, of time constant τ. The two in
-/// series have the output `(τ x − ρ y)/(τ − ρ)`, where x is the output of the filter alone and y that of a filter with
-/// ρ alone. Both have the same input, so the combination is as exact as each of them.
+/// The converters' sampling capacitors with the time constant ρ, in series with the sensors' filters with the time constant
+/// τ. The output of the series is `(τ x − ρ y)/(τ − ρ)`, where x is the output of the filter alone, and y is the output
+/// of a filter with ρ alone that has the same input. So the series is as exact as two single filters.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Acquiring<V> {
-    /// Filters with the capacitors' time constants alone.
+    /// The filters with the capacitors' time constants ρ alone: their output is y.
     pub filters: Filters<V>,
-    /// The factor τ/(τ − ρ) of the sensors' filters; zero without filters.
+    /// The factor τ/(τ − ρ) of the filters' output x, phase by phase; zero without filters.
     pub of_sensors: [V; 3],
 }
 
-/// Least difference of the two time constants, as a share of the larger one; a smaller difference is replaced by this
-/// one.
+/// Least difference of ρ and τ as a share of τ; a smaller difference is increased to this, because the formula divides by it.
 const APART: f64 = 1e-4;
 
 impl<V: Wide> Acquiring<V> {

@@ -1,4 +1,4 @@
-//! Comparators: they end a pulse when its current reaches a threshold, and a timer captures the time.
+//! Comparators: they end a pulse when its current reaches a threshold; a timer captures the time of this trip.
 
 use standstill_interface::{Nanos, Phase, choice};
 
@@ -8,20 +8,20 @@ choice! {
     /// Currents that the comparators compare with the threshold.
     #[derive(Default)]
     pub enum Comparators {
-        /// One comparator for the current in the DC link, as a shunt there shows it: the sum of the legs at the positive rail.
-        /// While one leg alone is high, that is its current; while one alone is low, what it returns.
+        /// One comparator for the current in the DC link: the sum of the currents of the legs at the positive rail. While only one leg
+        /// is high, that is its current; while only one leg is low, that is minus its current.
         Common = "common" default,
-        /// Two for each phase, for current of either direction, each with an offset and a delay of its own. They watch the sensors of
-        /// the phases: those in line, or the shunts below the legs, which see a leg while its lower device conducts.
+        /// Two comparators for each phase, one for each direction of the current, each with its own offset and delay. Their inputs are
+        /// the phases' current sensors: in line, or shunts below the legs, which carry a leg's current while its lower device conducts.
         PerLeg = "per-leg",
     }
 }
 
-/// Number of comparators on a drive with two per phase: first for current into the motor in phases a, b and c, then for
-/// current out of it.
+/// Number of comparators on a drive with two per phase. Their order: current into the motor in phases a, b and c, then
+/// current out of the motor in the same phases.
 pub const OWN: usize = 6;
 
-/// Time for which a comparator's noise keeps its value, as a share of the noise's time constant.
+/// Time for which the simulated noise of a comparator keeps its value, as a share of the noise's time constant.
 const NOISE_HOLD: f64 = 0.25;
 
 /// The comparators of a type of drive: settings from which the errors of each specimen are drawn. A drive that has
@@ -69,8 +69,8 @@ impl ComparatorSettings {
         self.timer > 0.0 || self.trip > 0.0
     }
 
-    /// Returns the time in ns for which the noise keeps its value, and the correlation of successive values; none if
-    /// the noise has no bandwidth.
+    /// Returns the time in ns for which the noise keeps its value, and the correlation of successive values; none without
+    /// noise, or if the noise has no bandwidth.
     pub(crate) fn noise_hold(&self) -> Option<(f64, f64)> {
         let time_constant = 1.0 / (std::f64::consts::TAU * self.noise_bandwidth);
         (self.noise > 0.0 && self.noise_bandwidth > 0.0)
@@ -104,17 +104,17 @@ impl ComparatorSettings {
 
 /// The errors of one specimen's comparators and timer.
 ///
-/// A comparator trips once. The drive latches its output, so later noise has no effect, nor has the current in the link
-/// that reverses when the gates open. A comparator's hysteresis would matter only before the trip, where it is part of
-/// the offset.
+/// A comparator trips once in a command. The drive latches its output, so neither later noise nor the reversal of the link's
+/// current when the gates open has an effect. A comparator's hysteresis would matter only before the trip, where it is
+/// part of the offset.
 ///
 /// The noise has the spectrum of a first-order filter: its correlation falls to 1/e in τ = 1/(2π f). The comparator
-/// trips at the first crossing, so the faster the noise, the earlier and the less scattered the trip. The noise keeps
-/// each value for τ/4, in place of the response time of the comparator. Without a bandwidth τ is longer than a pulse,
-/// so one draw shifts the threshold of the whole pulse.
+/// trips at the first crossing, so the faster the noise, the earlier and the less scattered the trip. The simulated noise
+/// keeps each value for τ/4; this takes the place of the comparator's response time. Noise without a bandwidth has a τ
+/// longer than a pulse: one draw shifts the threshold for the whole pulse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparator {
-    /// Offset of each comparator in A, by which the current appears smaller. A single comparator uses the first value.
+    /// Offset of each comparator in A: the comparator sees its current reduced by this. A single comparator uses the first value.
     pub offset: [f64; OWN],
     /// Propagation delay of each comparator in s.
     pub delay: [f64; OWN],
@@ -226,7 +226,7 @@ mod tests {
         }
         assert!((rms(&|one| one.tick / 1e-6 - 1.0) / 0.01 - 1.0).abs() < 0.06);
         assert!((rms(&|one| one.phase) * 12.0_f64.sqrt() - 1.0).abs() < 0.06);
-        // The offset of one alone is the same draw, and the others do not exist.
+        // A single comparator has the draw of the first of six; the other offsets stay zero.
         assert!(drawn(Comparators::Common).zip(drawn(Comparators::PerLeg)).all(|(one, own)| {
             one.offset[0] == own.offset[0] && one.offset[1..] == [0.0; 5] && own.offset[1] != 0.0
         }));

@@ -1,4 +1,4 @@
-//! Analogue-to-digital converters, for several sensors side by side.
+//! Analogue-to-digital converters: several channels are computed side by side.
 
 use super::Sensors;
 use crate::Misreading;
@@ -8,14 +8,14 @@ use crate::Misreading;
 pub struct Adc {
     /// Resolution in bits; 0: no rounding, only the range applies.
     pub bits: u8,
-    /// Lowest value of the converter's range, in the unit measured.
+    /// Lower end of the converter's range, in the unit measured.
     pub low: f64,
     /// Upper end of the converter's range, in the unit measured.
     pub high: f64,
 }
 
 impl Adc {
-    /// Number of bits assumed for a converter that does not round: 20 A in steps of 19 nA.
+    /// Number of bits with which a converter without rounding is computed. The steps are negligible: 19 nA in a range of ±20 A.
     const FINE: u8 = 31;
 
     /// Returns the converter's number of codes.
@@ -34,8 +34,8 @@ impl Adc {
     }
 }
 
-/// Sensors and their converters side by side, such as those of the three phases and the link. All values of a sample
-/// are computed without a branch that depends on a value.
+/// Sensors with their converters (channels) side by side, such as those of the three phases and the link. All values of a
+/// sample are computed without a branch that depends on a value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Channels<const N: usize> {
     gain: [f64; N],
@@ -49,7 +49,7 @@ pub(crate) struct Channels<const N: usize> {
     step: [f64; N],
     /// Highest code.
     last: [f64; N],
-    /// Number of bits of each channel's code; zero without rounding.
+    /// Mask of each channel's reported code: all bits if the converter rounds, else zero.
     counted: [u32; N],
 }
 
@@ -81,8 +81,8 @@ impl<const N: usize> Channels<N> {
         }
     }
 
-    /// Multiplies the gain and the offset of each channel by a factor, as a converter reference that is too low would
-    /// do.
+    /// Multiplies gain, offset and noise of each channel by a factor, as a reference of the converter that is too low by this factor
+    /// would do.
     pub(super) fn grow(&mut self, by: [f64; N]) {
         for k in 0..N {
             self.gain[k] *= by[k];
@@ -91,8 +91,8 @@ impl<const N: usize> Channels<N> {
         }
     }
 
-    /// Changes gain, offset and noise of a channel to values that describe a fault of its sensor. Frozen values and
-    /// stuck bits are handled elsewhere.
+    /// Changes gain, offset and noise of a channel to values that describe a fault of its sensor. Frozen sensors and stuck bits,
+    /// which cannot be described so, change nothing here.
     pub(super) fn misread(&mut self, k: usize, how: Misreading) {
         let (gain, offset, noise) = (&mut self.gain[k], &mut self.offset[k], &mut self.noise[k]);
         match how {
@@ -104,8 +104,8 @@ impl<const N: usize> Channels<N> {
         }
     }
 
-    /// Returns the reading of a channel with one bit of its code set or cleared; unchanged if the converter does not
-    /// round.
+    /// Returns the reading `read` of a channel with one bit of its code set or cleared; unchanged if the converter does not
+    /// round or has no such bit.
     pub(super) fn with_bit(
         &self,
         k: usize,
@@ -122,7 +122,8 @@ impl<const N: usize> Channels<N> {
         (self.low[k] + of * self.step[k], of == 0.0 || of == self.last[k], code)
     }
 
-    /// Returns the readings of these values; `normals`: standard normals for the noise. Without a converter a reading is not rounded.
+    /// Returns the readings of these true values; `normals`: standard normals for the noise. A channel without a converter does not
+    /// round.
     #[inline(always)]
     pub(super) fn read(&self, there: [f64; N], normals: [f64; N]) -> Converted<N> {
         let (mut raw, mut code) = ([0.0; N], [0.0; N]);
@@ -150,7 +151,7 @@ impl<const N: usize> Channels<N> {
 /// Readings of sensors side by side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Converted<const N: usize> {
-    /// Values of the nearest codes, in the units measured.
+    /// Values of the converters' codes in the units measured; unrounded for channels without a converter.
     pub value: [f64; N],
     /// Whether each code is the first or the last of its converter.
     pub at_end: [bool; N],
@@ -183,8 +184,8 @@ fn nearest(value: f64) -> f64 {
     even + up
 }
 
-/// Returns the nearest value between 0 and `last`. Unlike `clamp` it does not check its limits, so that a compiler computes
-/// several side by side. Not-a-number stays not-a-number.
+/// Limits a value to the range from 0 to `last`. Unlike `clamp`, this does not check the limits, so that the compiler computes
+/// several values side by side. Not-a-number stays not-a-number.
 #[inline(always)]
 fn within(value: f64, last: f64) -> f64 {
     let value = if value < 0.0 { 0.0 } else { value };

@@ -1,4 +1,4 @@
-//! The filters behind the dividers at terminals that have a capacitance, of machines side by side.
+//! The filters behind the dividers at terminals that have a capacitance, for machines side by side.
 //!
 //! Over a step the currents are cubics plus oscillations `Re z e^(σ s)`, s from 0 to 1. A terminal's potential is then
 //! a cubic plus oscillations `Re w e^(σ s)`, too, for which a filter has a closed form (`filters.rs`):
@@ -6,8 +6,8 @@
 //!   no device conducts:   dv/ds = −(h/C) i − γ h v      w = −(h/C) z/(σ + γ h)
 //!   behind a device:      v = rail U + offset − R i     w = −R z
 //! ```
-//! γ is the rate at which dividers discharge the terminals. What three floating terminals have in common falls by
-//! `e^(−γ h s)` beside that.
+//! γ is the rate at which dividers discharge the terminals. If all three terminals float, their common (mean) potential falls
+//! in addition as `e^(−γ h s)`.
 
 #[cfg(test)]
 mod tests;
@@ -30,7 +30,7 @@ pub struct Divided<V: Wide> {
     rate: V,
     /// Outputs of the filters in V.
     output: [V; 3],
-    /// Share of the link's voltage at which the drive's end of an open wire is; negative where the wire is whole.
+    /// Potential of the drive's end of an open wire, as a share of the link's voltage; negative if the wire is whole.
     held: [V; 3],
     ends: Ends<V>,
     /// Outputs of the filters in V before the last step.
@@ -41,8 +41,9 @@ pub struct Divided<V: Wide> {
 /// The terminals at both ends of a step.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ends<V> {
-    /// Potentials in V, and slopes of those that float in V per step.
+    /// Potentials in V.
     potential: [[V; 3]; 2],
+    /// Slopes in V per step of the potentials of floating terminals.
     rise: [[V; 3]; 2],
     /// The link's voltage in V, and its slope in V/s.
     link: [[V; 2]; 2],
@@ -52,20 +53,21 @@ struct Ends<V> {
     leak: V,
 }
 
-/// The potentials over a step, or over the first part of it.
+/// The potentials over a step or over its first part, each the sum of a cubic, two oscillations and a decaying common part.
 #[derive(Clone, Copy, Debug, Default)]
 struct Passage<V> {
+    /// Coefficients of each terminal's cubic in V.
     cubic: [Powers<V>; 3],
     /// Complex amplitudes in V of the two modes' oscillations, terminal by terminal.
     phasor: [[[V; 2]; 2]; 3],
-    /// Common potential in V of three floating terminals at the beginning; zero where the drive's end is elsewhere.
+    /// Common potential in V of three floating terminals at the beginning; zero for the drive's end of an open wire.
     common: [V; 3],
-    /// γ h.
+    /// Decay of the common potential over the time described, γ h.
     leak: V,
 }
 
 impl<V: Wide> Divided<V> {
-    /// Puts filters with this corner frequency in Hz into a lane, at rest with these potentials in V.
+    /// Sets the corner frequency in Hz of a lane's filters, and their outputs to the potentials in V at rest.
     pub fn put(&mut self, lane: usize, bandwidth: f64, at_rest: [f64; 3]) {
         self.rate.put(lane, std::f64::consts::TAU * bandwidth);
         for k in 0..3 {
@@ -74,7 +76,7 @@ impl<V: Wide> Divided<V> {
         self.hold(lane, [None; 3]);
     }
 
-    /// Sets where the drive's ends of open wires are, each as a share of the link's voltage; none for a whole wire.
+    /// Sets the potentials of the drive's ends of open wires, each as a share of the link's voltage; none for a whole wire.
     pub fn hold(&mut self, lane: usize, held: [Option<f64>; 3]) {
         for k in 0..3 {
             self.held[k].put(lane, held[k].unwrap_or(-1.0));
@@ -107,7 +109,7 @@ impl<V: Wide> Divided<V> {
         passed.filtered(before, share * (h * one(&self.rate)), of.as_ref())
     }
 
-    /// Stores the terminals at both ends of a step.
+    /// Stores the values of potentials and link at both ends of a step, for [`Self::advance`].
     #[inline(always)]
     pub fn keep(&mut self, begin: &Here<V>, tried: &Tried<V>, machine: &Machine<V>) {
         let (Some(floating), Some(elastance)) = (&tried.floating, machine.legs.elastance) else { return };
@@ -192,8 +194,8 @@ impl<V: Wide> Divided<V> {
 }
 
 impl<V: Wide> Passage<V> {
-    /// Returns the filters' outputs in V after the potentials of this passage, which lasts `a` of their time constants;
-    /// `of`: oscillations over it.
+    /// Returns the filters' outputs in V at the end of this passage. `before`: outputs in V at its beginning; `a`: its duration in time
+    /// constants of the filters; `of`: rates and growth of the two oscillations over it.
     #[inline(always)]
     fn filtered(&self, before: [V; 3], a: V, of: Option<&[Oscillation<V>; 2]>) -> [V; 3] {
         let zero = V::of(0.0);

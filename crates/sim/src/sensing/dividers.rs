@@ -29,7 +29,7 @@ impl<'t> Dividers<'t> {
         })
     }
 
-    /// Reads these voltages in V. Returns for each one the reading, the status of the reading, and the converter's
+    /// Reads the terminals' voltages `there` in V. Returns for each terminal the reading in V, its status, and the converter's
     /// code.
     pub fn read(&mut self, there: [f64; 3]) -> [(f64, Sensed, u32); 3] {
         let mut noise = [0.0; 3];
@@ -65,7 +65,7 @@ mod tests {
         assert_eq!(a, (4095.0 * step, Sensed::Clipped, 4095));
         assert_eq!(b, (0.0, Sensed::Clipped, 0));
         assert_eq!(c, (2253.0 * step, Sensed::Measured, 2253));
-        // No two dividers of a specimen are alike.
+        // Each divider of a specimen has its own errors.
         let [a, b, c] = read(TerminalSensor { gain_error: 0.01, ..TerminalSensor::IDEAL }, [100.0; 3]);
         assert!(a.0 != b.0 && b.0 != c.0 && (a.0 - 100.0).abs() < 5.0, "{a:?} {b:?} {c:?}");
         let [a, b, _] = read(TerminalSensor { offset: 1.0, ..TerminalSensor::IDEAL }, [0.0; 3]);

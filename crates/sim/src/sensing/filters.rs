@@ -1,4 +1,4 @@
-//! The filters of the phases' sensors, of machines side by side.
+//! The filters of the phases' current sensors, for machines side by side.
 
 use standstill_numeric::{PER_FACTORIAL, Wide, eight, four};
 
@@ -14,12 +14,12 @@ pub struct Filters<V> {
     pub output: [V; 3],
 }
 
-/// Oscillations of the phase currents over a step: two modal oscillations, and for each of them the factors by which it
-/// appears in the three phases.
+/// Oscillating part of the phase currents over a step: two modal oscillations, and for each of them its factor in each of the
+/// three phases.
 pub type Rings<'o, V> = (&'o [Oscillation<V>; 2], &'o [[V; 3]; 2]);
 
 impl<V: Wide> Filters<V> {
-    /// Puts filters with these corner frequencies in Hz into a lane, at rest.
+    /// Sets the corner frequencies in Hz of a lane's filters, and their outputs to zero.
     pub fn put(&mut self, lane: usize, bandwidth: [f64; 3]) {
         for k in 0..3 {
             self.rate[k].put(lane, std::f64::consts::TAU * bandwidth[k]);
@@ -38,8 +38,8 @@ impl<V: Wide> Filters<V> {
         }
     }
 
-    /// Returns the filter outputs of one lane within a step. The result has one phase per lane, from phase `first` on,
-    /// each after its own share of the step, and includes the step's oscillations over that share.
+    /// Returns the filter outputs in A of one machine within a step of `h` seconds. Lane n of the result is phase `first` + n, at the
+    /// share of the step in lane n of `share`. The oscillations `rings` must already be restricted to these shares.
     #[inline(always)]
     pub fn within(
         &self,
@@ -50,7 +50,7 @@ impl<V: Wide> Filters<V> {
         input: &[Powers<V>; 3],
         rings: Option<Rings<'_, V>>,
     ) -> V {
-        // Lanes beyond the last phase have the first one's numbers.
+        // Lanes beyond the last phase repeat the numbers of phase `first`.
         let of = |number: &V| V::of(number.get(lane));
         let (mut output, mut rate) = (of(&self.output[first]), of(&self.rate[first]));
         let mut cubic =
@@ -75,8 +75,9 @@ impl<V: Wide> Filters<V> {
     }
 }
 
-/// Returns a filter's output after a step of `a` time constants, exact up to rounding. The input is a cubic plus
-/// oscillations times a factor each, to which a filter responds by `a/(a + σ) z (e^(σ s) − e^(−a s))`.
+/// Returns a filter's output after a step of `a` time constants, exact up to rounding; `output`: output before the step. The
+/// input is a cubic plus oscillations `z e^(σ s)` with a factor each; the response to such an oscillation is
+/// `a/(a + σ) z (e^(σ s) − e^(−a s))`.
 #[inline(always)]
 pub(super) fn after<V: Wide>(
     output: V,
@@ -99,12 +100,12 @@ pub(super) fn after<V: Wide>(
     output
 }
 
-/// Step length in time constants below which the weights are computed from the last one backwards, and above which from
-/// the first one forwards.
+/// Step length in time constants up to which the weights of [`means`] are computed by [`near`], from the last weight backwards; longer
+/// steps use [`beyond`], from the first weight forwards.
 const SUMMED: f64 = 1.0;
 
-/// Returns e^(−a), and ∫ e^(−a (1 − s)) sⁿ ds over a step for n from 0 to 3: n! φ_(n+1)(−a), with φ_(n+1)(−a) = (1/n!
-/// − φ_n(−a))/a.
+/// Returns e^(−a) and the weights ∫ e^(−a (1 − s)) sⁿ ds, s from 0 to 1, for n from 0 to 3: the filter's response to powers of
+/// time. They are n! φ_(n+1)(−a), with φ_(n+1)(−a) = (1/n! − φ_n(−a))/a.
 #[inline(always)]
 pub(super) fn means<V: Wide>(a: V) -> (V, [V; 4]) {
     let far = a.above(V::of(SUMMED));
@@ -123,7 +124,7 @@ pub(super) fn means<V: Wide>(a: V) -> (V, [V; 4]) {
     (V::choose(far, decay_beyond, decay), all)
 }
 
-/// Returns [`means`] for short steps: φ₄ from its series, the others backwards from φ₄.
+/// Returns the result of [`means`] for short steps: φ₄ from its series, φ₃ to φ₁ backwards from φ₄.
 #[inline(always)]
 fn near<V: Wide>(a: V) -> (V, [V; 4]) {
     let one = V::of(1.0);
@@ -138,7 +139,7 @@ fn near<V: Wide>(a: V) -> (V, [V; 4]) {
     (one - a * first, [first, second, third * 2.0, last * 6.0])
 }
 
-/// Returns [`means`] for long steps, from the first weight forwards.
+/// Returns the result of [`means`] for long steps: φ₁ from e^(−a), φ₂ to φ₄ forwards from φ₁.
 #[inline(always)]
 fn beyond<V: Wide>(a: V) -> (V, [V; 4]) {
     let one = V::of(1.0);

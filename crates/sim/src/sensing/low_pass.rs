@@ -1,4 +1,4 @@
-//! The low-pass filter of the link's sensor.
+//! The first-order low-pass filter of the link's sensor and of the dividers.
 
 use standstill_numeric::exp;
 
@@ -10,10 +10,12 @@ pub struct LowPass {
 }
 
 impl LowPass {
+    /// Makes a filter with this corner frequency in Hz and this present output.
     pub fn new(bandwidth: f64, output: f64) -> Self {
         Self { time_constant: 1.0 / (std::f64::consts::TAU * bandwidth), output }
     }
 
+    /// Returns the present output, in the unit of the input.
     pub fn output(&self) -> f64 {
         self.output
     }
@@ -22,8 +24,8 @@ impl LowPass {
     pub fn advance(&mut self, h: f64, x: [f64; 4]) {
         let r = h / self.time_constant;
         if r < 0.01 {
-            // On short steps the powers of τ/h below would blow up rounding. The 3/8 rule on the convolution
-            // with the filter's response is exact there to r⁵.
+            // On short steps the powers of τ/h below would amplify rounding errors. There, the 3/8 rule for the convolution
+            // with the filter's response has an error of the order r⁵.
             let [a, b, c, d] = x;
             let ends = a * exp(-r) + 3.0 * b * exp(-2.0 * r / 3.0) + 3.0 * c * exp(-r / 3.0) + d;
             self.output = self.output * exp(-r) + r / 8.0 * ends;

@@ -1,4 +1,4 @@
-//! Sensors that read wrongly.
+//! Faults of sensors: applies those that are present to the readings.
 
 use super::{Channels, Converted};
 use crate::{Broken, Faults, Misreading};
@@ -7,9 +7,9 @@ use crate::{Broken, Faults, Misreading};
 #[derive(Clone, Debug)]
 pub(crate) struct Misread {
     faults: Faults,
-    /// The last conversion of all channels.
+    /// The last conversion of all channels: the phases a, b, c and the link. None before the first one.
     last: Option<Converted<4>>,
-    /// Last reading of each channel while it was not frozen; none before its first reading.
+    /// Last reading of each channel before it froze; none before its first reading.
     held: [Option<f64>; 4],
 }
 
@@ -26,8 +26,8 @@ impl Misread {
         })
     }
 
-    /// Reads the channels at a time in ns, with their faults; `normals`: standard normals for the noise. The results
-    /// are those of [`Channels::read`].
+    /// Reads the channels at a time in ns, with the faults present at that time. `values`: true values in the units measured;
+    /// `normals`: standard normals for the noise. The form of the result is that of [`Channels::read`].
     pub fn read(
         &mut self,
         channels: &Channels<4>,

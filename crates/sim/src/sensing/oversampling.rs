@@ -2,7 +2,7 @@
 
 use standstill_interface::{Abc, Reading, Sensed};
 
-/// The conversions of a sample so far, of which its reading is the mean.
+/// The conversions so far of a sample whose reading is the mean of several conversions.
 #[derive(Clone, Copy, Debug)]
 pub struct Mean {
     /// Number of conversions of each sample.
@@ -17,7 +17,7 @@ impl Mean {
         Self { count, sum: None }
     }
 
-    /// Forgets the conversions of a sample that was not completed.
+    /// Drops the conversions of a sample that was not completed.
     pub fn clear(&mut self) {
         self.sum = None;
     }
@@ -37,7 +37,7 @@ impl Mean {
         }
     }
 
-    /// Adds one conversion of all channels. Returns the mean once all conversions of the sample are there.
+    /// Adds one conversion of all channels. Returns the mean if it was the last conversion of the sample.
     fn with(&mut self, reading: &Reading<f64>) -> Option<Reading<f64>> {
         let (summed, sum) = match &self.sum {
             None => (1, *reading),
@@ -58,8 +58,8 @@ impl Mean {
     }
 }
 
-/// Adds the values and codes of two conversions. The sum has the worse status of both, and the capture of the later
-/// one.
+/// Adds the values and codes of two conversions. Each value of the sum has the worse status of the two (in the order hidden,
+/// clipped, derived, measured); all other fields are those of the second.
 fn plus(a: &Reading<f64>, b: &Reading<f64>) -> Reading<f64> {
     let worse = |a: Sensed, b: Sensed| {
         let order = [Sensed::Hidden, Sensed::Clipped, Sensed::Derived];

@@ -23,14 +23,15 @@ pub struct PickUp {
     pub frequency: f64,
 }
 
-/// The summed pick-up of all edges so far, of machines side by side. All edges ring at the same frequency, so their sum
-/// is one complex number.
+/// The sum of the pick-up of all edges so far, for machines side by side. All edges ring with the same frequency and decay, so
+/// the sum is one complex number.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PickedUp<V> {
     /// Amplitude per edge in A.
     amplitude: V,
-    /// Rate of decay in 1/s; the field after it is the angular frequency in rad/s.
+    /// Rate of decay in 1/s.
     decay: V,
+    /// Angular frequency in rad/s.
     turn: V,
     /// Last potential of each leg as a share of the link's voltage: 0 and 1 at the rails, one half for a floating leg.
     levels: [V; 3],
@@ -38,12 +39,12 @@ pub struct PickedUp<V> {
     phasor: [V; 2],
 }
 
-/// Amplitude in A at which pick-up is set to zero. It is far below the resolution of any reading, and smaller numbers
-/// would become subnormal.
+/// Amplitude in A below which the pick-up is set to zero: far below the resolution of any reading. Without this limit, decaying
+/// pick-up would end in subnormal numbers.
 const NOTHING: f64 = 1e-30;
 
 impl<V: Wide> PickedUp<V> {
-    /// Puts pick-up with these parameters into a lane, at rest.
+    /// Sets the parameters of a lane's pick-up, and its present value to zero.
     pub fn put(&mut self, lane: usize, of: PickUp) {
         self.amplitude.put(lane, of.amplitude);
         self.decay.put(lane, 1.0 / of.decay);
@@ -57,8 +58,8 @@ impl<V: Wide> PickedUp<V> {
         self.phasor[0].get(lane)
     }
 
-    /// Returns the pick-up of one lane in A after given shares of a step of `h` seconds; `moves`: movement of the
-    /// potentials, with the step's oscillations.
+    /// Returns the pick-up of one lane in A at several times: each lane of `share` is a share of the step of `h` seconds. `moves`:
+    /// movement of the potentials, with the step's oscillations; none if the terminals have no capacitance.
     #[inline(always)]
     pub fn within(
         &self,
@@ -97,7 +98,7 @@ impl<V: Wide> PickedUp<V> {
             let level = V::choose(on.high, one, V::choose(on.low, zero, V::only(upper, one)));
             let level = V::choose(floats, half, level);
             let old = self.levels[k];
-            // A potential that floats drifts to a rail, and away from it, much more slowly than a switch moves it.
+            // A floating potential drifts to or from a rail much more slowly than a switch moves it: no pick-up.
             let floated = !(old.above(half) | half.above(old));
             let moved = V::only(taken & !(floats | floated & off), level - old);
             self.phasor[0] = self.phasor[0] + self.amplitude * moved;
@@ -105,7 +106,7 @@ impl<V: Wide> PickedUp<V> {
         }
     }
 
-    /// Advances the pick-up in the lanes of `taken` by `h` seconds; `moves`: movement of the potentials meanwhile.
+    /// Advances the pick-up in the lanes of `taken` by `h` seconds; `moves`: movement of the potentials in this time.
     #[inline(always)]
     pub fn advance(&mut self, taken: V::Mask, h: V, moves: Option<(&Moves<V>, &[Oscillation<V>; 2])>) {
         let zero = V::of(0.0);
@@ -127,18 +128,18 @@ impl<V: Wide> PickedUp<V> {
     }
 }
 
-/// Movement of the sum of all terminal potentials over a step, as a multiple of the link's voltage: a cubic of time
-/// plus the step's two oscillations with a factor each.
+/// Rate of change of the sum of all terminal potentials over a step, per step and as a multiple of the link's voltage: a cubic
+/// of time plus the step's two oscillations with a factor each.
 #[derive(Clone, Copy, Debug)]
 pub struct Moves<V> {
-    /// Cubic part of the movement.
+    /// Coefficients of the cubic.
     pub cubic: Powers<V>,
     /// Factors of the two oscillations.
     pub shares: [V; 2],
 }
 
 impl<V: Wide> Moves<V> {
-    /// Copies one lane's movement to all lanes; each lane covers its own share of the step.
+    /// Copies one lane's movement to all lanes, each restricted to the first `share` of the step that stands in its lane.
     #[inline(always)]
     fn of_lane(&self, lane: usize, share: V) -> Self {
         let one = |number: &V| V::of(number.get(lane));
@@ -147,12 +148,12 @@ impl<V: Wide> Moves<V> {
         Self { cubic: scaled(&cubic, share, share), shares }
     }
 
-    /// Returns the response ∫ e^(z (1 − s)) x(s) ds over a step. A power of s responds by n! φ_(n+1)(z), with φ_(n+1) =
-    /// (φ_n − 1/n!)/z. An oscillation w e^(σ s) and its conjugate respond by w (e^σ − e^z)/(σ − z) each.
+    /// Returns the response ∫ e^(z (1 − s)) x(s) ds to this movement x over a step, s from 0 to 1; `grown`: e^z. The response to sⁿ
+    /// is n! φ_(n+1)(z), with φ_(n+1) = (φ_n − 1/n!)/z; the response to an oscillation w e^(σ s) is w (e^σ − e^z)/(σ − z).
     #[inline(always)]
     fn answer(&self, z: [V; 2], grown: [V; 2], of: &[Oscillation<V>; 2]) -> [V; 2] {
         let (zero, one) = (V::of(0.0), V::of(1.0));
-        // On steps that are shorter than any the quotients would be rounding.
+        // For a tiny |z| the quotients would consist of rounding errors: their limits are used.
         let far = (z[0] * z[0] + z[1] * z[1]).above(V::of(1e-6));
         let by = [V::choose(far, z[0], one), V::only(far, z[1])];
         let (mut sum, mut phi) = ([zero; 2], grown);

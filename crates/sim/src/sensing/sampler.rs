@@ -1,4 +1,4 @@
-//! Sampling: from physical values to the drive's readings.
+//! Sampling: converts physical values to the drive's readings.
 
 use standstill_interface::{Abc, Capture, Nanos, Reading, Sensed};
 use standstill_inverter::Gate;
@@ -10,13 +10,14 @@ use super::oversampling::Mean;
 use super::{Arrangement, Channels, Converted, Sensors};
 use crate::{Draws, Faults, Purpose, Streams};
 
-/// The sampler of one run: takes physical values, and converts them to readings when the drive reads them, all at once.
+/// The sampler of one run: stores the physical values at each sample, and converts the stored values together when the drive
+/// asks for its readings.
 #[derive(Clone, Debug)]
 pub struct Sampler<'t> {
     arrangement: Arrangement,
-    /// Largest deviation and delay of a trigger in ns.
+    /// Largest deviation (jitter) and delay of a trigger, in ns.
     late: [u64; 2],
-    /// Whether there is noise in the phases' channels, and in the link's.
+    /// Whether the phases' channels have noise, and whether the link's channel has.
     noisy: [bool; 2],
     channels: Channels<4>,
     noise: Draws<'t>,
@@ -27,8 +28,8 @@ pub struct Sampler<'t> {
     mean: Mean,
     /// Samples taken since the last conversion.
     taken: Vec<Instant>,
-    /// Whether samples only read currents and the link's voltage as they are, in a run that nothing else interrupts; set by
-    /// the run.
+    /// Whether each sample only reads the unfiltered currents and link voltage, in a run that nothing but samples, gate edges, ends of
+    /// modes and ends of commands interrupts. The run sets this field (`Control::has_plain_samples`).
     pub is_plain: bool,
 }
 
@@ -48,7 +49,7 @@ pub struct Instant {
     pub terminal: [f64; 3],
     /// The request to each leg just before the trigger's nominal time.
     pub requested: [Gate; 3],
-    /// Whether the drive takes the amplifier of each leg's shunt to have settled by that time.
+    /// Whether the drive assumes that the amplifier of each leg's shunt has settled by that time.
     pub settled: [bool; 3],
     /// The comparator's trip in the command so far, if there was one.
     pub capture: Option<Capture>,
@@ -97,7 +98,7 @@ impl<'t> Sampler<'t> {
         }
     }
 
-    /// Forgets what has been taken for a command that is over.
+    /// Drops the samples of the finished command that have not been converted.
     pub fn clear(&mut self) {
         self.taken.clear();
         self.mean.clear();
@@ -117,7 +118,7 @@ impl<'t> Sampler<'t> {
         Nanos(moved.max(command_start.0).min(command_end.0))
     }
 
-    /// Takes the values at an instant. Returns whether so many have been taken that they should be converted.
+    /// Stores the values at an instant. Returns whether the store is full, so that the samples should be converted.
     #[inline(always)]
     pub fn take(&mut self, there: Instant) -> bool {
         self.taken.push(there);
@@ -129,7 +130,7 @@ impl<'t> Sampler<'t> {
         self.taken.last().map_or(0.0, |there| there.time)
     }
 
-    /// Converts what has been taken since the last call, and appends the readings.
+    /// Converts the samples taken since the last call, and appends their readings to `readings`.
     pub fn convert<V: Wide>(&mut self, readings: &mut Vec<Reading<f64>>) {
         if !self.taken.is_empty() {
             let taken = std::mem::take(&mut self.taken);
@@ -144,7 +145,7 @@ impl<'t> Sampler<'t> {
         }
     }
 
-    /// Writes the reading of the values at an instant; `noise`: standard normals of the channels.
+    /// Converts the values at an instant into `reading`; `noise`: standard normals of the channels.
     #[inline(always)]
     fn read(&mut self, there: &Instant, noise: [f64; 4], reading: &mut Reading<f64>) {
         let [a, b, c] = there.current;
@@ -171,7 +172,7 @@ impl<'t> Sampler<'t> {
         }
     }
 
-    /// Puts the currents into a reading as a drive without three sensors in line sees them.
+    /// Writes the currents into a reading for drives whose sensors are not in all three phases.
     #[inline(never)]
     fn see(&self, there: &Instant, raw: &Converted<4>, reading: &mut Reading<f64>) {
         let measured = |k: usize| (raw.value[k], of_end(raw.at_end[k]), raw.code[k]);
@@ -188,8 +189,8 @@ impl<'t> Sampler<'t> {
         reading.counts.current = Abc(phases.map(|(.., code)| code));
     }
 
-    /// Returns the phase currents as a drive without three sensors in line sees them. `measured`: the reading of each channel; `link`:
-    /// the current through the shunt in the DC link.
+    /// Returns the phase currents that a drive with this arrangement of sensors knows. `measured`: returns the reading of a channel;
+    /// `link`: reading of the current through the shunt in the DC link.
     fn phases(&self, there: &Instant, measured: impl Fn(usize) -> Shown, link: Shown) -> [Shown; 3] {
         let derived = |k: usize| {
             let (x, y) = (measured((k + 1) % 3), measured((k + 2) % 3));
@@ -209,7 +210,7 @@ impl<'t> Sampler<'t> {
                 })
             }
             Arrangement::DcLinkShunt => {
-                // Diodes of a leg whose gates are off may carry a part of the current that the drive does not know.
+                // The diodes of a leg whose gates are off may carry an unknown part of the link's current.
                 let active = !there.requested.contains(&Gate::Off);
                 let alone = |gate, k: usize| {
                     active
@@ -230,10 +231,10 @@ impl<'t> Sampler<'t> {
 /// Number of samples whose noise is drawn together.
 const AT_ONCE: usize = 8;
 
-/// Number of samples that are taken before they are converted; a command may ask for a million.
+/// Number of samples that are stored before they are converted: a limit to memory, because a command may ask for a million samples.
 const MOST_TAKEN: usize = 64;
 
-/// The conversion of samples, at most [`AT_ONCE`], with the channels of each side by side.
+/// The conversion of at most [`AT_ONCE`] samples. The channels of each sample are computed side by side.
 struct Conversion<'s, 't> {
     sampler: &'s mut Sampler<'t>,
     taken: &'s [Instant],
@@ -265,16 +266,16 @@ impl Compute for Conversion<'_, '_> {
     }
 }
 
-/// Returns the origin of a measured value; `at_end`: whether it is at the end of its converter's range.
+/// Returns the status of a measured value; `at_end`: whether its code is at an end of the converter's range.
 #[inline(always)]
 fn of_end(at_end: bool) -> Sensed {
     if at_end { Sensed::Clipped } else { Sensed::Measured }
 }
 
-/// A value in A as the drive sees it, its origin, and its converter's code.
+/// A current in A that the drive reads, its status (measured, derived, clipped or hidden), and its converter's code.
 type Shown = (f64, Sensed, u32);
 
-/// A value that the drive does not see.
+/// A current that the drive cannot read.
 const HIDDEN: Shown = (0.0, Sensed::Hidden, 0);
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! Sensors with a state, of machines side by side: filters and pick-up are integrated over each step.
+//! Sensors with a state (filters, amplifiers, sampling capacitors, pick-up), which is advanced over each step; for machines
+//! side by side.
 
 use standstill_numeric::{Compute, Wide};
 
@@ -14,16 +15,16 @@ use crate::physics::machine::Machine;
 use crate::physics::plane::Plane;
 use crate::step::two_derivative::{Here, Tried};
 
-/// Sensors whose readings depend on the past.
+/// The parts of the sensors whose outputs depend on the past; each is none if the machines' sensors do not have it.
 #[derive(Clone, Debug)]
 pub struct Sensed<V: Wide> {
-    /// Filters of the sensors.
+    /// Filters of the current sensors.
     pub filters: Option<Filters<V>>,
     /// Outputs in A of the slew-rate-limited amplifiers, and their slew rate in A/s.
     slewing: Option<([V; 3], V)>,
     /// The converters' sampling capacitors: see [`Acquiring`].
     acquiring: Option<Acquiring<V>>,
-    /// Pick-up of the sensors.
+    /// Pick-up of switching edges in the current readings.
     pub picked_up: Option<PickedUp<V>>,
     /// Filters behind the dividers of terminals with a capacitance.
     pub divided: Option<Divided<V>>,
@@ -35,32 +36,39 @@ pub struct Sensed<V: Wide> {
 /// The quantities of the last step that the sensors need.
 #[derive(Clone, Debug, Default)]
 struct Passed<V: Wide> {
+    /// Lanes whose machines accepted the step.
     taken: V::Mask,
     /// Beginning of the step in ns.
     time: V,
     /// Length of the step in s.
     h: V,
     legs: Conducting<V>,
-    /// Currents in A at both ends, and their slopes in A/s.
+    /// Currents in A at both ends.
     current: [Plane<V>; 2],
+    /// Slopes of the currents in A/s at both ends.
     rise: [Plane<V>; 2],
     /// Oscillation of the currents where terminals have a capacitance.
     ringing: Option<Oscillating<V>>,
-    /// The filters at the beginning of the step, and their inputs during it.
+    /// The filters at the beginning of the step.
     filters: Option<Filters<V>>,
+    /// The pick-up at the beginning of the step.
     picked_up: Option<PickedUp<V>>,
+    /// Cubic part of each filter's input, in A.
     input: [Powers<V>; 3],
+    /// Factor of each of the two oscillations in each filter's input.
     shares: [[V; 3]; 2],
+    /// Movement of the terminals' potentials, which makes pick-up; none without a capacitance.
     moves: Option<Moves<V>>,
 }
 
 /// Oscillations of the currents over a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Oscillating<V> {
+    /// The two modal oscillations.
     pub of: [Oscillation<V>; 2],
     /// Vectors that map each modal oscillation to the current in A.
     pub to: [Plane<V>; 2],
-    /// Voltage by which a charge of 1 A·s moves a terminal, as a multiple of the link's voltage.
+    /// Change of a terminal's potential per charge of 1 A·s, as a multiple of the link's voltage.
     pub per_charge: V,
 }
 
@@ -96,7 +104,7 @@ impl<V: Wide> Sensed<V> {
             && sensed.arrangement == settings.arrangement
     }
 
-    /// Puts sensors into a lane, at rest.
+    /// Sets the parameters of a lane's sensors, and their outputs to those at zero current.
     pub fn put(&mut self, lane: usize, sensors: &Sensors) {
         if let (Some(filters), Some(bandwidth)) = (&mut self.filters, sensors.settings.bandwidth) {
             filters.put(lane, sensors.corner.map(|share| bandwidth * share));
@@ -118,7 +126,7 @@ impl<V: Wide> Sensed<V> {
         }
     }
 
-    /// Returns the sensors' outputs of a lane in A; `current`: the currents in A at their inputs.
+    /// Returns the present outputs in A of a lane's current sensors; `current`: present currents in A at their inputs.
     pub fn at(&self, lane: usize, current: [f64; 3]) -> [f64; 3] {
         let mut shown = current;
         if let Some(filters) = &self.filters {
@@ -138,12 +146,12 @@ impl<V: Wide> Sensed<V> {
         shown.map(|shown| shown + added)
     }
 
-    /// Returns the filter outputs in A of a lane's phases, each at its own time in ns within the last step.
+    /// Returns the outputs in A, filters and pick-up, of a lane's current sensors, each at its own time in ns within the last step.
     pub fn within(&self, lane: usize, times: [f64; 3]) -> [f64; 3] {
         V::compute(Within(&self.passed, lane, times))
     }
 
-    /// Returns the voltages in V behind a lane's dividers at a time in ns within the last step; none without their filters.
+    /// Returns the outputs in V of the filters behind a lane's dividers at a time in ns within the last step; none without these filters.
     pub fn divided_within(&self, lane: usize, time: f64) -> Option<[f64; 3]> {
         let (passed, h) = (&self.passed, self.passed.h.get(lane));
         let share = ((time - passed.time.get(lane)) * (1e-9 / h)).clamp(0.0, 1.0);
@@ -168,7 +176,7 @@ impl<V: Wide> Sensed<V> {
         passed.current = [begin.at.current, tried.end.at.current];
         passed.rise = [tried.change[0].current, tried.change[1].current];
         if RARE && let (Some(floating), Some(elastance)) = (&tried.floating, machine.legs.elastance) {
-            // With the terminals' potentials as they were put right: a volt is a hundred amperes a millisecond.
+            // The slopes after the correction of the potentials: a volt changes a slope by about a hundred amperes per millisecond.
             let end = &tried.end;
             passed.rise[1] = machine.change::<RARE>(&tried.legs, &end.at, &end.state).current;
             passed.ringing = Some(Oscillating {
@@ -207,9 +215,9 @@ impl<V: Wide> Sensed<V> {
 }
 
 impl<V: Wide> Sensed<V> {
-    /// Advances slew-rate-limited amplifiers by `h` seconds. Their input is the current `seen` by the shunts in A at
-    /// the end of this time, or the filters' output if there are filters. Between the edges at which it jumps, a
-    /// current changes more slowly than the slew rate.
+    /// Advances the slew-rate-limited amplifiers by `h` seconds. Their input is the filters' output, or without filters the
+    /// shunts' current `seen` in A, at the end of this time. Only this end value is needed, because apart from its jumps
+    /// at edges a current changes more slowly than the slew rate.
     #[inline(always)]
     fn slew(&mut self, taken: V::Mask, h: V, seen: [V; 3]) {
         let Some((output, rate)) = &mut self.slewing else { return };
@@ -225,7 +233,7 @@ impl<V: Wide> Sensed<V> {
     }
 }
 
-/// Evaluation of the outputs of a lane's phases, each at its time in ns.
+/// Computation of the outputs of a lane's current sensors, each at its own time in ns.
 struct Within<'s, V: Wide>(&'s Passed<V>, usize, [f64; 3]);
 
 impl<V: Wide> Compute for Within<'_, V> {
@@ -299,7 +307,7 @@ impl<V: Wide> Compute for Follow<'_, V> {
         if let Some(picked_up) = &mut sensed.picked_up {
             passed.moves = None;
             if let Some(Oscillating { to, per_charge, .. }) = &ringing {
-                // The currents of terminals that float move them.
+                // The currents of floating terminals change their potentials.
                 let mut axis = Plane::new(zero, zero);
                 for k in 0..3 {
                     axis = axis - axes[k] * V::choose(passed.legs.flows[k], zero, *per_charge * h);

@@ -1,17 +1,18 @@
-//! Terminals that devices join to the rails at an instant, and the capacitor of the link that charges them.
+//! Terminals with a capacitance that devices connect to the rails at an instant, and the link's capacitor, which charges
+//! them.
 
-/// Where devices hold the terminals of three legs, and what they hold there.
+/// Terminals and link just before devices connect the terminals to the rails.
 #[derive(Clone, Copy, Debug)]
 pub struct Joined {
-    /// Potentials in V of the terminals before.
+    /// Potentials in V of the terminals.
     pub potential: [f64; 3],
-    /// Voltage in V of the link before.
+    /// Voltage in V of the link.
     pub link: f64,
-    /// Capacitance of a terminal over that of the link's capacitor; zero if the link is stiff.
+    /// Capacitance of one terminal divided by that of the link's capacitor; zero if the link is stiff.
     pub share: f64,
 }
 
-/// Terminals after their devices have charged them.
+/// Terminals and link after devices have charged the terminals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settled {
     /// Potentials in V of the terminals.
@@ -22,16 +23,17 @@ pub struct Settled {
     pub upper: [bool; 3],
 }
 
-/// Passes after which the legs that are joined to the upper rail are found. Two suffice where a terminal's capacitance is a small
+/// Largest number of iterations that find the legs connected to the upper rail. Two suffice if a terminal's capacitance is a small
 /// part of the link's.
 const PASSES: usize = 8;
 
 impl Joined {
-    /// Returns the terminals after their devices have charged them at once. `held`: the potential in V at which a leg's devices hold a
-    /// terminal while the link has a voltage in V, and whether this device is at the upper rail; it is the terminal's own potential where none conducts.
+    /// Returns terminals and link after devices have charged the terminals at one instant. `held(leg, link)` returns the potential in V
+    /// at which the leg's device holds its terminal at the link's voltage `link` in V, and whether this device is at the upper
+    /// rail. If none of the leg's devices conducts, it returns the terminal's own potential.
     ///
-    /// The capacitor of the link loses the charge that terminals at the upper rail take up, so these fall with it:
-    /// `C_l (U − U′) = C_t Σ (u′ − u)` over the legs whose devices are at the upper rail, where each u′ follows U′.
+    /// The link's capacitor loses the charge that the terminals at the upper rail take up, so these potentials fall with the
+    /// link's voltage: `C_l (U − U′) = C_t Σ (u′ − u)` over the legs whose devices are at the upper rail, where each u′ depends on U′.
     pub fn settle(&self, held: impl Fn(usize, f64) -> (f64, bool)) -> Settled {
         let at = |link: f64| -> [(f64, bool); 3] { std::array::from_fn(|leg| held(leg, link)) };
         let mut link = self.link;
