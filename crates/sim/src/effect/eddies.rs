@@ -1,4 +1,4 @@
-//! Eddy currents within a step: the lagging flux χ.
+//! Eddy currents within a step: their flux χ follows the winding's flux with a lag.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -19,6 +19,7 @@ use crate::step::two_derivative::Here;
 /// Quantities of the eddy currents over a step.
 #[derive(Clone, Copy, Default)]
 pub struct EddyStep<V> {
+    /// The winding's flux at the beginning of the step.
     from: RotorFlux<V>,
     /// Error of the lagging flux in Wb.
     off: V,
@@ -72,7 +73,7 @@ impl<V: Wide> Effect<V> for Eddies<V> {
 
     #[inline(always)]
     fn within(&self, span: &Span<'_, '_, V>, there: &mut Here<V>) {
-        // By the step's own rule over its first part: a cubic would be off where the flux lags behind by much.
+        // Applies the step's rule to its first part: a cubic would be inexact where the lag is large.
         let (from, part, first) = (&span.from.state, span.step.h * span.share, &span.step.change[0]);
         let [x, y] = span.flux();
         let rise = Plane::new(x.rise(span.share), y.rise(span.share));
@@ -101,14 +102,16 @@ impl<V: Wide> Effect<V> for Eddies<V> {
     }
 }
 
-/// The flux in Wb at an end of a step that another one lags behind, and its slope in Wb per step.
+/// The flux that a lagging flux χ follows, at one end of a step.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Driving<F> {
+    /// The flux in Wb.
     pub(crate) flux: F,
+    /// Its slope in Wb per step.
     pub(crate) rise: F,
 }
 
-/// The winding's flux in the rotor's plane.
+/// The winding's flux and its slope at one end of a step, in the rotor's plane.
 pub(crate) type RotorFlux<T> = Driving<Dq<T>>;
 
 impl<V: Wide> RotorFlux<V> {
@@ -128,8 +131,8 @@ impl<V: Wide> RotorFlux<V> {
     }
 }
 
-/// Returns the lagging flux χ in Wb at the end of a step of `x` time constants, by the two-derivative rule, which is
-/// linear in χ.
+/// Returns the lagging flux χ in Wb at the end of a step of `x` time constants; `lagging`: χ at its beginning, `begin` and `end`: the flux
+/// that χ follows. The two-derivative rule is linear in χ and is solved for its end value.
 #[inline(always)]
 pub(crate) fn lag_behind<V: Wide, F>(x: V, lagging: F, begin: &Driving<F>, end: &Driving<F>) -> F
 where

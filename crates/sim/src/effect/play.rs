@@ -1,17 +1,17 @@
-//! Hysteresis of the stator's iron: play cells of machines side by side.
+//! Hysteresis of the stator's iron: vector play cells, for machines side by side.
 //!
-//! The force of a cell follows from its elastic flux e = ψ − π as K e. While the cell is stuck, π is constant and e
-//! changes as ψ does; while it slides, |e| stays at the reach r, and with n = e/r
+//! A cell has a pinned flux π and an elastic flux e = ψ − π; its current (its "force") is K e. While the cell is stuck, π is
+//! constant and e changes as ψ does; while the cell slides, |e| is equal to the reach r, and with n = e/r
 //! ```text
 //!   de/dt = (1 − n nᵀ) dψ/dt,   dπ/dt = n (n · dψ/dt)
 //! ```
-//! Along this path, a pursuit curve, (1, n) is a ray that turns by a linear equation, `w' = p·ψ'/r, p' = w ψ'/r` with n
-//! = p/w. Over a parabola of ψ its fourth-order Magnus step is the exponential of `G = [0 bᵀ; b cJ]`, with b the chord
-//! over r, c the area between path and chord over r², and J a quarter turn. Since G³ = (|b|² − c²) G, the exponential
-//! has a closed form. |n| = 1 holds whatever the formula's error.
+//! The path of π is a pursuit curve. Written as n = p/w, it obeys a linear equation, `w' = p·ψ'/r, p' = w ψ'/r`. If ψ follows a
+//! parabola, the fourth-order Magnus step of this equation is the exponential of `G = [0 bᵀ; b cJ]`: b is the parabola's chord
+//! divided by r, c the area between parabola and chord divided by r², and J a quarter turn. Since G³ = (|b|² − c²) G, the
+//! exponential has a closed form. |n| = 1 holds exactly, whatever the error of the formula.
 //!
-//! A cell keeps its mode over a whole step. The mode ends where |e| reaches r, or where a sliding cell's flux turns
-//! back; steps end there as at the end of any mode, and the modes are found anew at the begin of each step.
+//! A cell keeps its mode (stuck or sliding) over a whole step. The mode ends where |e| reaches r, or where the flux of a
+//! sliding cell reverses; steps end there as at the end of any mode, and the modes are found anew at the begin of each step.
 
 mod leap;
 mod step;
@@ -32,15 +32,15 @@ const ROUNDS: usize = 4;
 /// Number of parts of a step; in each part a sliding cell is integrated by one formula.
 const PARTS: usize = 4;
 
-/// Tolerance by which a cell may overshoot the end of its mode, as a share of the flux error of a step. A cell that
-/// begins to slide may be beyond its reach by this; a cell that stops, beyond the point of reversal. The share is small
+/// Flux by which a cell may overshoot the end of its mode, as a share of the flux tolerance of a step: a cell that begins to
+/// slide may be beyond its reach by this, and a cell that stops may be beyond the point of reversal. The share is small
 /// because a cell is much softer than the core.
 const SLACK: f64 = 0.1;
 
 /// Multiple of a cell's tolerance by which the cell may miss the end of its mode in a step that was cut to end there.
 const DEEP: f64 = 10.0;
 
-/// Share of the square of its reach by which a cell at its reach may seem to be beyond it.
+/// Rounding: |e|² may exceed r² by this share of r² although the cell is just at its reach.
 const ROUNDED: f64 = 1e-12;
 
 /// The play cells of the machines in the lanes.
@@ -50,12 +50,13 @@ pub struct Cells<V: Wide> {
     stiffness: [V; MOST_CELLS],
     /// Reach r in Wb; 1 where there is no cell.
     reach: [V; MOST_CELLS],
-    /// Inductance in H of the core in its softest direction.
+    /// Largest inductance of the core in H, over all directions.
     inductance: V,
     /// Tolerance in Wb: see [`SLACK`].
     slack: V,
-    /// Flux in Wb at the machines' last accepted state, and the elastic flux of each cell there.
+    /// Flux in Wb at the machines' last accepted state.
     from: Plane<V>,
+    /// Elastic flux e of each cell in Wb at that state.
     away: BranchState<V>,
     /// Masks of the lanes in which each cell slides.
     slides: [V::Mask; MOST_CELLS],
@@ -66,12 +67,14 @@ pub struct Cells<V: Wide> {
 /// Cells after a step, and the ends of their modes within it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Moved<V: Wide> {
+    /// Elastic flux e of each cell in Wb at the end of the step.
     away: BranchState<V>,
+    /// Stiffness in 1/H that the cells add to Γ at the end of the step.
     tangent: Symmetric<V>,
     /// Cells that slide after the step.
     slides: [V::Mask; MOST_CELLS],
     /// Guard function of each cell over the step: r² − |e|² in Wb² for a stuck cell, n · ψ′ in Wb per step for a
-    /// sliding one.
+    /// sliding one. The mode ends where it falls to zero.
     cubic: [Cubic<V>; MOST_CELLS],
     /// Distance of each cell from the end of its mode, in Wb: negative beyond it.
     margin: [V; MOST_CELLS],
@@ -81,17 +84,17 @@ pub struct Moved<V: Wide> {
     off: V,
 }
 
-/// Returns the unit vector n of a cell's elastic flux; zero if that flux is zero.
+/// Returns the unit vector n of a cell's elastic flux; the zero vector if the elastic flux is zero.
 #[inline(always)]
 fn direction<V: Wide>(away: &Plane<V>) -> Plane<V> {
     *away * (V::of(1.0) / (away.dot(*away).sqrt() + 1e-300))
 }
 
-/// Returns the direction n after one part of a step, over the chord `b` and the area `c` between path and chord.
+/// Returns the direction n of a sliding cell after one part of a step; `b` and `c`: see the matrix G at the head of this file.
 #[inline(always)]
 fn turn<V: Wide>(n: Plane<V>, b: Plane<V>, c: V) -> Plane<V> {
     let z = (b.dot(b) - c * c) * 0.25;
-    // tanh(√z)/√z: of a quarter of √z by a fraction, then doubled twice; where it is 1 but for 1e-7, as if it were.
+    // tanh(√z)/√z: a rational function of a quarter of √z, then the argument doubled twice. For large z, tanh is taken as 1.
     let y = z * (1.0 / 16.0);
     let above = (y * 21.0 + 1260.0) * y + 10395.0;
     let below = ((y + 210.0) * y + 4725.0) * y + 10395.0;
@@ -111,14 +114,14 @@ fn turn<V: Wide>(n: Plane<V>, b: Plane<V>, c: V) -> Plane<V> {
 }
 
 impl<V: Wide> Cells<V> {
-    /// Makes cells for lanes without machines.
+    /// Makes empty cells, for lanes into which no machine has been put.
     pub fn idle() -> Self {
         Self { reach: [V::of(1.0); MOST_CELLS], ..Self::default() }
     }
 
-    /// Puts a machine into a lane, with its flux in Wb in the run's plane, the largest inductance of its core in H,
-    /// and the flux error of a step in Wb. `last`: unit vector of the iron's last magnetisation; none: the iron is
-    /// virgin.
+    /// Puts the cells of a machine into a lane. `flux`: present flux in Wb in the run's plane; `inductance`: largest inductance of the
+    /// core in H; `tolerance`: flux tolerance of a step in Wb; `last`: unit vector of the iron's last magnetisation, none for iron that
+    /// has never been magnetised.
     pub fn put(
         &mut self,
         lane: usize,
@@ -154,7 +157,7 @@ impl<V: Wide> Cells<V> {
         let along = along.unwrap_or(change);
         let bend = change - along;
         let area = along.cross(change) * (1.0 / (6.0 * (PARTS * PARTS * PARTS) as f64));
-        // Chords of a parabola's equal parts.
+        // The chords of equal parts (in time) of the parabola.
         let mut chords = [Plane::default(); PARTS];
         for (part, chord) in chords.iter_mut().enumerate() {
             let (one, two) = (1.0 / PARTS as f64, (2 * part + 1) as f64 / (PARTS * PARTS) as f64);
@@ -171,7 +174,7 @@ impl<V: Wide> Cells<V> {
         away
     }
 
-    /// Returns force and stiffness of the cells in their modes.
+    /// Returns current and stiffness of all cells at these elastic fluxes in Wb, in their present modes.
     #[inline(always)]
     fn point(&self, elastic: BranchState<V>) -> BranchPoint<V> {
         let mut current = Plane::default();
@@ -181,6 +184,8 @@ impl<V: Wide> Cells<V> {
         BranchPoint { current, stiffness: self.tangent_of(&elastic, &self.slides), elastic }
     }
 
+    /// Returns the stiffness in 1/H that the cells add to Γ at these elastic fluxes in Wb: K for a stuck cell, K (1 − n nᵀ) for a sliding
+    /// one.
     #[inline(always)]
     fn tangent_of(&self, away: &BranchState<V>, slides: &[V::Mask; MOST_CELLS]) -> Symmetric<V> {
         let mut sum = Symmetric::default();
@@ -217,16 +222,16 @@ impl<V: Wide> Cells<V> {
         let mut moved = Moved { away, tangent, off: self.off(change, rise, off), ..self.blank() };
         for k in 0..MOST_CELLS {
             let (sliding, reach) = (self.slides[k], self.reach[k]);
-            // A leg that was taken to be blocked may have moved the flux since the last step.
+            // Setting a blocked leg's current to zero may have changed the flux since the last step.
             let ends = [Plane::choose(sliding, self.away[k], away[k] - change), away[k]];
             let room = pair!(end => reach * reach - ends[end].dot(ends[end]));
-            // What it was beyond before ends nothing now.
+            // A distance beyond the reach that existed before the step does not end the mode in it.
             let past = room[0].least(zero);
             let closing = pair!(end => ends[end].dot(rise[end]) * -2.0);
             let stuck = Cubic { value: pair!(end => room[end] - past), slope: closing };
             let along = pair!(end => direction(&ends[end]).dot(rise[end]));
             let turning = Cubic { value: along, slope: [along[1] - along[0]; 2] };
-            // How far it went back, on a path that bends evenly.
+            // Distance in Wb from the point of reversal to the end of the step, on a path with constant second derivative.
             let square = along[1] * along[1] / ((along[0] - along[1]).abs() * 2.0);
             let back = V::choose(zero.above(along[1]), -square, far);
             let held = stuck.value[1].least(stuck.dip()) * (V::of(0.5) / reach);
@@ -238,7 +243,7 @@ impl<V: Wide> Cells<V> {
                 of.value[end] = V::choose(sliding, turning.value[end], stuck.value[end]);
                 of.slope[end] = V::choose(sliding, turning.slope[end], stuck.slope[end]);
             }
-            // A stuck cell that is at its reach may slide from now on; what it is beyond by is within the error of a step.
+            // A stuck cell beyond its reach may slide from now on; its distance beyond is within the error of a step.
             let beyond = away[k].dot(away[k]).above(reach * reach);
             moved.away[k] = Plane::choose(sliding | beyond, direction(&away[k]) * reach, away[k]);
             moved.slides[k] =
@@ -247,8 +252,8 @@ impl<V: Wide> Cells<V> {
         moved
     }
 
-    /// Estimates the error in Wb that the cells cause in a step, because the path of the flux is not a parabola and
-    /// because the core was evaluated at a distance of `off` in Wb from the end. `rise`: slope of the flux at both
+    /// Estimates the error in Wb that sliding cells cause in a step: the path of the flux is not exactly a parabola, and the core was
+    /// evaluated at a distance of `off` in Wb from the end. `change`: change of the flux in Wb; `rise`: slope of the flux at both
     /// ends, in Wb per step.
     #[inline(always)]
     fn off(&self, change: Plane<V>, rise: [Plane<V>; 2], off: Plane<V>) -> V {
@@ -258,7 +263,7 @@ impl<V: Wide> Cells<V> {
         let mut all = V::of(0.0);
         for k in 0..MOST_CELLS {
             let (reach, per_reach) = (self.reach[k], V::of(1.0) / self.reach[k]);
-            // Of the formula's own error, and of an area that is not right, what turns n.
+            // Turn of n by the error of the formula and by an area that is not that of a parabola.
             let apart =
                 (length * per_reach * per_reach * (1.0 / (4 * PARTS * PARTS) as f64)).least(V::of(1.0));
             let turned = (unlike + area * apart * (1.0 / (PARTS * PARTS) as f64)) * per_reach;

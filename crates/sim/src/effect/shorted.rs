@@ -1,22 +1,24 @@
-//! Turns of a phase that are shorted: a share k of the turns of phase x is closed on itself through a resistance R_f.
+//! Shorted turns: a share k of the turns of phase x is short-circuited by a resistance R_f.
 //!
-//! The current i_s that circulates in these turns adds to that of the phase. The core sees ī = i + ⅔ k i_s u, with u
-//! the axis of phase x; the resistance of the whole winding acts on ī too, and what equal voltages of all phases are
-//! only moves the neutral:
+//! The current i_s that circulates in these turns adds to the phase current. The core is magnetised by ī = i + ⅔ k i_s u, with
+//! u the axis of phase x. The resistance of the whole winding acts on ī, too; equal voltages in all phases only move the
+//! potential of the neutral:
 //! ```text
 //!   dψ/dt = v − R ī,       ī = ∂W/∂ψ
 //!   ψ_s = k u·ψ + L_l i_s,   dψ_s/dt = −k R (i_x + i_s) − R_f i_s
 //! ```
-//! L_l is the leakage that the shorted turns have beyond their share of the phase's: with the coupling c between them and
-//! the phase, their own inductance is k² L_x/c², with L_x = L_A + L_σ of a phase, so `L_l = k² (L_x/c² − ⅔ L)`, with L the mean
-//! of L_d and L_q. It is one of air, and does not saturate. EMF of the rotor and slopes of a saturated core are in ψ.
+//! L_l is the leakage inductance of the shorted turns: the part of their own inductance that is not their share of ψ. With the
+//! coupling c between these turns and the phase, their own inductance is k² L_x/c², where L_x = L_A + L_σ is that of the phase. So
+//! `L_l = k² (L_x/c² − ⅔ L)`, with L the mean of L_d and L_q. L_l belongs to paths in air and does not saturate. The rotor's EMF and
+//! the core's saturation are contained in ψ.
 //!
-//! With χ = ψ_s/k these are a branch in parallel to the core, along u, as eddy currents are one in the rotor:
+//! With χ = ψ_s/k, the shorted turns are a branch in parallel to the core along u, as eddy currents are one in the rotor's
+//! frame:
 //! ```text
 //!   i = ī + i_b u,   i_b = g (u·ψ − χ) = −⅔ k i_s,   g = ⅔ k²/L_l
 //!   dχ/dt = R_b i_b − R i_x,                         R_b = 3/2 (k R + R_f)/k²
 //! ```
-//! The short begins without a current.
+//! When the short begins, its current i_s is zero.
 
 use standstill_interface::Dq;
 use standstill_numeric::{Symmetric, Wide};
@@ -47,23 +49,26 @@ pub struct Shorted<V: Wide> {
     winding: V,
     /// Time constant τ of the branch, 1/(g R_b), in s.
     constant: V,
-    /// R over g R_b in H: how much the current of the phase counts as flux.
+    /// R/(g R_b) in H: factor from the phase current to the flux by which it reduces the flux that χ follows.
     lost: V,
-    /// Flux that makes the current that a flux of 1 Wb makes in the branch.
+    /// Weight of an error of χ as an error of the winding's flux: 1 + g L.
     weight: V,
 }
 
-/// The branch at one flux.
+/// The branch of the shorted turns at one flux χ.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ShortPoint<V> {
+    /// Axis u of the phase in the run's plane.
     axis: Plane<V>,
+    /// Inverse inductance g of the branch in 1/H.
     stiffness: V,
     /// The lagging flux χ in Wb.
     pub lagging: V,
 }
 
 impl<V: Wide> ShortPoint<V> {
-    /// Returns the current in A of the core, for a flux in Wb and a current in A of the winding.
+    /// Returns the core's current in A: that of the terminals less that of the branch. `flux`: flux of the winding in Wb; `current`:
+    /// current of the terminals in A; `lagging`: flux χ in Wb.
     #[inline(always)]
     pub fn core(&self, flux: Plane<V>, current: Plane<V>, lagging: V) -> Plane<V> {
         current - self.axis * ((self.axis.dot(flux) - lagging) * self.stiffness)
@@ -73,16 +78,17 @@ impl<V: Wide> ShortPoint<V> {
 /// Quantities of the shorted turns over a step.
 #[derive(Clone, Copy, Default)]
 pub struct ShortStep<V> {
+    /// The flux that χ follows, at the beginning of the step.
     from: Driving<V>,
-    /// Slope of χ in V that the operating point's `relaxing` contains; unset before the first correction.
+    /// Slope of χ in V with which the end's `relaxing` was last computed; none before the first correction.
     counted: Option<V>,
     /// Error of χ in Wb.
     off: V,
 }
 
 impl<V: Wide> Shorted<V> {
-    /// Shorts turns of a lane's motor, in the phase with this axis. Returns the lagging flux χ in Wb: the flux along the axis, because no
-    /// current flows in the shorted turns yet.
+    /// Shorts turns of a lane's motor, in the phase with this axis, at a flux of the winding in Wb. Returns the initial flux χ in Wb: the
+    /// winding's flux along the axis, because no current flows in the shorted turns yet.
     pub fn put(&mut self, lane: usize, motor: &Motor, short: &Short, axis: Plane, flux: Plane) -> f64 {
         let (share, winding) = (short.share, &motor.winding);
         let mean = 1.5 * winding.mean_inductance + winding.leakage;
@@ -104,7 +110,7 @@ impl<V: Wide> Shorted<V> {
         self.stiffness.get(lane) > 0.0
     }
 
-    /// Takes a short out of a lane.
+    /// Removes the shorted turns of a lane.
     pub fn clear(&mut self, lane: usize) {
         self.axis.put(lane, Plane::default());
         for value in [
@@ -125,26 +131,27 @@ impl<V: Wide> Shorted<V> {
         (self.axis.dot(state.flux) - state.shorted) * self.stiffness
     }
 
-    /// Returns the slope of χ in V, with this current of the winding in A.
+    /// Returns the time derivative of χ in V, with this current of the terminals in A.
     #[inline(always)]
     fn rise(&self, state: &State<V>, current: Plane<V>) -> V {
         self.current(state) * self.resistance - self.axis.dot(current) * self.winding
     }
 
-    /// Returns the current of the branch in A and its slope in A/s.
+    /// Returns the current of the branch in A and its time derivative in A/s.
     #[inline(always)]
     pub fn flowing(&self, state: &State<V>, at: &Operating<V>, change: &Change<V>) -> [Plane<V>; 2] {
         let rise = (self.axis.dot(change.flux) - self.rise(state, at.current)) * self.stiffness;
         [self.axis * self.current(state), self.axis * rise]
     }
 
-    /// Returns the voltage in V by which the winding's resistance drops less than the current of the terminals says.
+    /// Returns R i_b in V: the resistive drop R i of the terminals' current i is too large by this, because only ī = i − i_b passes
+    /// through the winding's resistance.
     #[inline(always)]
     pub fn pull(&self, state: &State<V>) -> Plane<V> {
         self.axis * (self.current(state) * self.winding)
     }
 
-    /// Returns [`Self::pull`] of one lane, by scalars: for code that is not compiled for wide registers.
+    /// Returns the result of [`Self::pull`] for one lane, for code that is not compiled for wide registers.
     #[inline(always)]
     pub fn pull_of(&self, state: &State<V>, lane: usize) -> Plane {
         let axis = self.axis.get(lane);
@@ -152,14 +159,14 @@ impl<V: Wide> Shorted<V> {
         axis * (current * self.winding.get(lane))
     }
 
-    /// Returns [`Self::pull`] and its slope in V/s.
+    /// Returns the result of [`Self::pull`] in V and its time derivative in V/s.
     #[inline(always)]
     pub fn pulling(&self, state: &State<V>, at: &Operating<V>, change: &Change<V>) -> [Plane<V>; 2] {
         let [current, rise] = self.flowing(state, at, change);
         [current * self.winding, rise * self.winding]
     }
 
-    /// Adds the branch to the core's operating point.
+    /// Adds current, inverse inductance and decay of the branch to the operating point of the core.
     #[inline(always)]
     pub fn join(&self, state: &State<V>, at: &mut Operating<V>) {
         let (axis, stiffness, gamma) = (self.axis, self.stiffness, at.inverse_inductance);
@@ -178,7 +185,7 @@ impl<V: Wide> Shorted<V> {
         ShortPoint { axis: self.axis, stiffness: self.stiffness, lagging: state.shorted }
     }
 
-    /// Returns the flux in Wb that [`Self::pull`] adds over a step, where legs carry a current.
+    /// Returns the integral of [`Self::pull`] over a step in Wb; zero for machines without current.
     #[inline(always)]
     pub fn missing(&self, end: &End<'_, '_, V>, there: &Here<V>) -> Plane<V> {
         let Begin { h, legs, here, change, .. } = *end.begin;
@@ -188,7 +195,7 @@ impl<V: Wide> Shorted<V> {
         Plane::choose(legs.idle, Plane::default(), area)
     }
 
-    /// Returns the flux in Wb that [`Self::pull`] has added up to a point within a step.
+    /// Returns the integral of [`Self::pull`] in Wb from the beginning of a step to a point within it; zero for machines without current.
     #[inline(always)]
     pub fn pulled_within(&self, span: &Span<'_, '_, V>) -> Plane<V> {
         let Span { from, step: Tried { h, legs, end, change: [first, last], .. }, .. } = *span;
@@ -199,13 +206,14 @@ impl<V: Wide> Shorted<V> {
         Plane::choose(legs.idle, Plane::default(), self.axis * area)
     }
 
-    /// Returns how many time constants of the branch a step of `h` seconds has.
+    /// Returns the length of a step of `h` seconds in time constants of the branch.
     #[inline(always)]
     fn constants(&self, h: V) -> V {
         h * self.stiffness * self.resistance
     }
 
-    /// Returns the flux in Wb that χ follows, and its slope in Wb per step of `h` seconds.
+    /// Returns the flux in Wb that χ follows, u·ψ − (R/(g R_b)) u·i, and its slope in Wb per step of `h` seconds; from flux and current,
+    /// and from their time derivatives.
     #[inline(always)]
     fn driving(
         &self,
@@ -225,12 +233,12 @@ impl<V: Wide> Effect<V> for Shorted<V> {
         state.shorted.put(lane, 0.0);
     }
 
-    /// Adds what the branch pulls to the predicted flux, too.
+    /// Predicts χ, and adds the integral of [`Self::pull`] to the predicted flux.
     #[inline(always)]
     fn predict(&self, begin: &Begin<'_, '_, V>, there: &mut Here<V>) -> ShortStep<V> {
         let Begin { h, legs, here, change, .. } = *begin;
         let [pull, rise] = self.pulling(&here.state, &here.at, change);
-        // Ringing terminals have it in their force.
+        // With ringing terminals, the force of the oscillators contains it.
         if begin.machine.legs.elastance.is_none() {
             let more = pull * h + rise * (h * (h * 0.5));
             there.state.flux = Plane::choose(legs.idle, there.state.flux, there.state.flux + more);
@@ -243,12 +251,12 @@ impl<V: Wide> Effect<V> for Shorted<V> {
         ShortStep { from, counted: None, off: V::of(0.0) }
     }
 
-    /// Corrects χ, with what blocked legs make of the flux as it changes.
+    /// Corrects χ together with the flux change by which blocked legs keep their current at zero.
     #[inline(always)]
     fn correct(&self, end: &End<'_, '_, V>, there: &mut Here<V>, step: &mut ShortStep<V>) {
         let End { begin, looked, change } = *end;
         let (h, x) = (begin.h, self.constants(begin.h));
-        // The slope with which the core was evaluated is that at its own flux.
+        // The operating point was computed with the slope of χ at the flux at which the core was evaluated.
         let counted = if let Some(counted) = step.counted {
             counted
         } else {
@@ -271,7 +279,7 @@ impl<V: Wide> Effect<V> for Shorted<V> {
         let rise = self.rise(&there.state, there.at.current);
         there.at.relaxing = there.at.relaxing - self.axis * ((rise - counted) * self.stiffness);
         step.counted = Some(rise);
-        // What the lag is off from the one at which it settles behind a flux that bends evenly, τ D′ − τ² D″.
+        // Distance of the lag from its steady state behind a flux D with a constant second derivative, τ D′ − τ² D″.
         let per_second = V::of(1.0) / h.greatest(V::of(1e-30));
         let bend = (to.rise - step.from.rise) * (per_second * per_second);
         let off = |driving: &Driving<V>, lagging: V| {
@@ -324,8 +332,7 @@ impl<V: Wide> Effect<V> for Shorted<V> {
         }
     }
 
-    /// Adds the losses in the shorted turns and in the fault's resistance, beyond those that the winding's current
-    /// would make.
+    /// Adds the losses in the shorted turns and in the fault's resistance, beyond the loss R i² that the winding accounts for.
     fn power(&self, moment: &Moment<'_, '_, V>, _: &Span<'_, '_, V>, powers: &mut Ledger) {
         let current = moment.one(&self.current(&moment.here.state));
         let phase = self.axis.get(moment.lane).dot(moment.current());

@@ -1,7 +1,7 @@
 //! Terminals with a capacitance within a step: they ring with the winding while no device of their leg conducts.
 //!
-//! Two oscillators replace the winding's quadrature. `ringing.rs` solves them, `modes.rs` finds them, and `floating.rs`
-//! decides whether an oscillation may end a leg's mode.
+//! Winding and terminals then form two oscillators, whose solution replaces the quadrature of other steps. `modes.rs` finds
+//! the oscillators, `ringing.rs` solves them, and `floating.rs` decides whether an oscillation may end a leg's mode.
 
 pub mod floating;
 pub mod modes;
@@ -29,8 +29,8 @@ use crate::step::two_derivative::{Here, Tried};
 impl<V: Wide> Effect<V> for Legs<V> {
     type Step = ();
 
-    /// Sets the potentials to half the link's voltage, where equal leakages of both switches hold them, or to the
-    /// negative rail, where dividers do.
+    /// Sets the potentials to half the link's voltage, at which equal leakages of both switches hold them, or with dividers to zero,
+    /// the potential of the negative rail.
     fn rest(&self, lane: usize, case: &Case<'_>, _: Dq<f64>, state: &mut State<V>) {
         let held = if self.leak.is_some() { 0.0 } else { case.inverter.link.source(0.0) / 2.0 };
         state.potential.iter_mut().for_each(|potential| potential.put(lane, held));
@@ -55,8 +55,7 @@ impl<V: Wide> Effect<V> for Legs<V> {
     }
 
     /// Adds the losses of devices, of the ringing and of the dividers. The voltage drop of a conducting leg is −offset + resistance · i.
-    /// A leg in which no device conducts carries no current, or charges its terminal through the winding's ringing
-    /// resistance.
+    /// The current of a leg in which no device conducts is zero, or charges the terminal through the ringing resistance.
     fn power(&self, moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, powers: &mut Ledger) {
         let (legs, current) = (&span.step.legs.leg, moment.phases());
         let drop = |k: usize| {
@@ -72,15 +71,15 @@ impl<V: Wide> Effect<V> for Legs<V> {
             let (taken, potential) = (moment.one(&taken[k]), moment.one(&potential[k]));
             powers.divider_loss += taken * potential;
             if moment.one(&legs[k].direction) != 0.0 {
-                // The device carries it from its rail; too small to matter in the link's capacitor.
+                // The device carries the divider's current from its rail; the link's capacitor neglects so small a current.
                 let rail = moment.one(&legs[k].rail) * moment.one(&moment.here.state.link);
                 powers.charge(rail * taken, potential * taken);
             }
         }
     }
 
-    /// Adds the energy that charges a terminal following its device's potential. The currents through the device are
-    /// too small to matter otherwise.
+    /// Adds the energies of charging the terminals of conducting legs, whose potentials follow those of their devices. Elsewhere these
+    /// small currents are neglected.
     fn work(&self, moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, spent: &mut Ledger) {
         let capacitance = moment.case.inverter.bridge.terminal_capacitance;
         if capacitance == 0.0 {
@@ -101,17 +100,18 @@ impl<V: Wide> Effect<V> for Legs<V> {
 /// Quantities of the terminals over a step.
 #[derive(Clone, Copy)]
 pub struct TerminalStep<V> {
+    /// Force and current at the beginning of the step.
     begin: End<V>,
     /// Voltage in V that the floating terminals put on the winding at the beginning.
     floating: Plane<V>,
-    /// Surplus of the link's predicted voltage integral over that of its tangent, in V·s.
+    /// Predicted integral of the link's voltage over the step less the integral of its tangent at the beginning, in V·s.
     surplus: V,
-    /// The oscillators: extrapolated from the beginning at first, then between both ends.
+    /// Solution of the oscillators: first extrapolated from the beginning, after the correction between both ends.
     pub ringing: Ringing<V>,
 }
 
-/// Returns the potentials in V after this charge in A·s; `fallen`: share by which dividers have lowered the common
-/// potential of three floating terminals, about which the winding says nothing.
+/// Returns the terminals' potentials in V after the winding's currents have carried this charge in A·s. `fallen`: share by which
+/// dividers have lowered the common potential of three floating terminals, on which the winding has no effect.
 #[inline(always)]
 fn later<V: Wide>(
     machine: &Machine<V>,
@@ -155,9 +155,9 @@ impl<V: Wide> TerminalStep<V> {
         there.state.potential = later(machine, legs, here, mean * h, self.ringing.fallen(V::of(1.0)));
     }
 
-    /// Solves the oscillators between both ends, with the slopes at the end, and corrects the potentials. Returns the
-    /// error of the predicted flux in Wb, and the resistance in Ω whose drop the winding's correction still has to
-    /// contain.
+    /// Solves the oscillators between both ends, with the slopes at the end, and corrects the potentials. Returns the correction
+    /// of the predicted flux in Wb, and the part of the resistance in Ω that the solution does not contain: the winding's
+    /// correction must account for its drop.
     #[inline(always)]
     pub fn correct(
         &mut self,
@@ -174,7 +174,7 @@ impl<V: Wide> TerminalStep<V> {
         let way = predicted - here.state.flux - surplus;
         let pull = some!(short, short => short.pulling(&there.state, &there.at, change));
         let end = End::of(terminals, &there.at, change, link.at(1), pull, way);
-        // The mean of both ends: what turns faster and slower by turns is then right to the next order.
+        // The mean inductance of both ends makes the frequency of the oscillation right to the next order.
         let [from, to] = [here.at.inverse_inductance, looked.gamma];
         let mean = Symmetric::new((from.xx + to.xx) * 0.5, (from.xy + to.xy) * 0.5, (from.yy + to.yy) * 0.5);
         let modes = Modes::of(mean, machine.legs.charging(legs), &terminals.resistance);

@@ -1,5 +1,5 @@
-//! The winding within a step: its flux is the integral of the terminal voltage, which is exact, less a quadrature of
-//! the resistive drop R i.
+//! The winding within a step: its flux changes by the exact integral of the terminal voltage less a quadrature of the
+//! resistive drop R i.
 
 use standstill_interface::Dq;
 use standstill_numeric::{Heading, Symmetric, Wide};
@@ -48,7 +48,7 @@ impl<V: Wide> Effect<V> for Winding {
 /// Quantities of the winding over a step.
 #[derive(Clone, Copy)]
 pub struct WindingStep<V> {
-    /// Flux in Wb at the end without the resistive drop.
+    /// Flux in Wb at the end as it would be without the resistive drop.
     known: Plane<V>,
     /// Predicted flux in Wb at the end, with blocked legs' currents at zero, and the current in A at that flux.
     pub predicted: [Plane<V>; 2],
@@ -62,7 +62,7 @@ impl<V: Wide> WindingStep<V> {
         let (terminals, flux) = (&legs.terminals, here.state.flux);
         let known = flux + terminals.rail * link.area + terminals.offset * h;
         let drop = (here.at.current * h + change.current * (h * (h * 0.5))).through(terminals.resistance);
-        // The voltage that holds the blocked leg's current, as it was at the beginning.
+        // The voltage that keeps the blocked leg's current at zero, with its value at the beginning.
         let holding = terminals.blocked * (change.blocked_potential * (2.0 / 3.0) * h);
         there.state.flux = Plane::choose(legs.idle, flux + change.flux * h, known - drop + holding);
         Self { known, predicted: [there.state.flux, here.at.current] }
@@ -85,7 +85,7 @@ impl<V: Wide> WindingStep<V> {
         Plane::choose(legs.idle, through, missing)
     }
 
-    /// Adds the missing flux in Wb to the state, less the change that its own resistive drop causes.
+    /// Adds the missing flux in Wb to the state, less the resistive drop of the current that this flux adds.
     #[inline(always)]
     pub fn correct(end: &End<'_, '_, V>, missing: Plane<V>, resistance: Symmetric<V>, there: &mut Here<V>) {
         let (looked, legs) = (end.looked, end.begin.legs);

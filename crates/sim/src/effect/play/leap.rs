@@ -1,7 +1,8 @@
-//! Play cells when the flux jumps at once, as it does where a wire breaks that carries a current.
+//! Play cells when the flux jumps, as it does when a wire that carries a current breaks.
 //!
-//! Play does not depend on time: what is pinned follows a jump as it follows any straight path. The cell is stuck until
-//! |e| reaches r. From there on what is pinned follows on a tractrix, and at a distance of x reaches
+//! Play does not depend on time: the response to a jump is that to a straight path of the flux. A cell is stuck until
+//! |e| reaches r. From there on its pinned flux follows a tractrix: after a further distance x (in units of r) on the path,
+//! the components of n = e/r along the path and across it are
 //! ```text
 //!   n∥ = (sinh x + n∥₀ cosh x)/w,   n⊥ = n⊥₀/w,   w = cosh x + n∥₀ sinh x
 //! ```
@@ -21,7 +22,7 @@ pub struct Before {
 }
 
 impl<V: Wide> Cells<V> {
-    /// Returns the cells of a lane as they are at a flux in Wb.
+    /// Returns the state of a lane's cells at a flux in Wb, reached from the last accepted state on a straight path.
     pub fn before(&self, lane: usize, flux: Plane<V>) -> Before {
         let flux = flux.get(lane);
         let (change, reach) =
@@ -30,7 +31,7 @@ impl<V: Wide> Cells<V> {
         Before { flux, away }
     }
 
-    /// Moves the cells of a lane from where they were before a jump to a flux in Wb. Returns the loss divided by 3/2, in J.
+    /// Moves the cells of a lane from their state `before` a jump to a flux in Wb after it. Returns the loss divided by 3/2, in J.
     pub fn leap(&mut self, lane: usize, before: &Before, flux: Plane) -> f64 {
         self.from.put(lane, flux);
         let mut lost = 0.0;
@@ -46,7 +47,8 @@ impl<V: Wide> Cells<V> {
     }
 }
 
-/// Returns a cell's elastic flux in Wb after a straight path, and ln w of the part on which it slid: zero if it was stuck all along.
+/// Returns a cell's elastic flux in Wb after a straight path of the flux, and ln w of the part of the path on which the cell slid: zero
+/// if it was stuck on the whole path.
 fn straight(away: Plane, path: Plane, reach: f64) -> (Plane, f64) {
     let (stuck, length) = (away + path, path.dot(path).sqrt());
     if stuck.dot(stuck) <= reach * reach * (1.0 + ROUNDED) || length == 0.0 {
@@ -54,7 +56,7 @@ fn straight(away: Plane, path: Plane, reach: f64) -> (Plane, f64) {
     }
     let along = path * (1.0 / length);
     let (ahead, beside) = (away.dot(along), away.cross(along));
-    // Where it reaches r: beyond that from the begin on, if the step before ended a little too far out.
+    // The point at which |e| reaches r. If the previous step ended slightly beyond the reach, the cell slides from the begin.
     let at = (reach * reach - beside * beside).max(0.0).sqrt();
     let x = ((length - (at - ahead).max(0.0)) / reach).max(0.0);
     let slides_from = away + along * (at - ahead).max(0.0);

@@ -1,4 +1,4 @@
-//! Play cells as an effect: a branch in parallel to the core.
+//! Play cells as an effect in a step: a branch in parallel to the core.
 
 use standstill_interface::Dq;
 use standstill_inverter::Conduction;
@@ -22,8 +22,8 @@ impl<V: Wide> Effect<V> for Cells<V> {
         self.blank()
     }
 
-    /// Corrects the current. The extrapolation from the point where the core was evaluated used the cells' stiffness
-    /// there, but the elastic flux of a sliding cell turns along the whole path.
+    /// Corrects the current at the end. It was extrapolated with the cells' stiffness from the point at which the core was
+    /// evaluated, but the elastic flux of a sliding cell turns along the whole path.
     #[inline(always)]
     fn correct(&self, end: &End<'_, '_, V>, there: &mut Here<V>, moved: &mut Moved<V>) {
         let (begin, looked) = (end.begin, end.looked);
@@ -59,15 +59,16 @@ impl<V: Wide> Effect<V> for Cells<V> {
     }
 }
 
-/// The branch in parallel to the core, as steps and control use it.
+/// The interface of the parallel branch for steps and control.
 impl<V: Wide> Cells<V> {
     /// Makes empty cells for machines like this motor; none if the motor has no hysteresis.
     pub fn like(motor: &Motor) -> Option<Self> {
         motor.magnetics.cells().map(|_| Self::idle())
     }
 
-    /// Puts a case into a lane. `flux` is the flux in Wb without current, in the rotor's plane; the flux of the
-    /// branch's own current is added to it. Returns whether that current makes a torque.
+    /// Puts the cells of a case into a lane. `flux` is the flux in Wb without current, in the rotor's plane; it is replaced by the
+    /// flux at which the remanence's current and the core's add to zero. Returns whether there is such a remanence, so that the
+    /// core's current makes a torque.
     ///
     /// # Errors
     /// No flux balances the current of the iron's remanence.
@@ -79,7 +80,7 @@ impl<V: Wide> Cells<V> {
         let last = case.memory.map(|last| Heading::of(last - case.start_angle));
         let mut found = Ok(last.is_some());
         if let Some(last) = last {
-            // No current flows: the core's is against the one that its iron is left with.
+            // The terminals' current is zero: the core's current is opposite to the current of the remanence.
             let left = Dq::new(last.cos, last.sin) * -hysteresis.coercive_current;
             match magnetics.flux_at(left, Heading::of(case.start_angle)) {
                 Ok(at) => *flux = at,
@@ -102,8 +103,8 @@ impl<V: Wide> Cells<V> {
         flux: Plane<V>,
         mut rise: impl FnMut(Symmetric<V>) -> Plane<V>,
     ) {
-        // A cell at its reach slides if the flux takes it further. One that has just stopped is beyond its reach by rounding alone: it
-        // would begin anew where it ends, over and over.
+        // A cell at its reach slides if the flux moves it outwards. A cell that has just stopped exceeds its reach by rounding only;
+        // without a tolerance it would begin and cease to slide over and over.
         let zero = V::of(0.0);
         let away = self.away_at(flux, None);
         let mut slides = self.slides;
@@ -120,7 +121,7 @@ impl<V: Wide> Cells<V> {
         }
     }
 
-    /// Returns the branch at a flux in Wb; `along`: initial tangent of the flux path, none for a straight path.
+    /// Returns current and stiffness of the branch at a flux in Wb; `along`: initial tangent of the flux path, none for a straight path.
     #[inline(always)]
     pub fn at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> BranchPoint<V> {
         self.point(self.away_at(flux, along))
@@ -132,7 +133,7 @@ impl<V: Wide> Cells<V> {
         self.tangent
     }
 
-    /// Sets the stiffness in 1/H that the branch adds to Γ, for the selected machines, after Γ was evaluated anew.
+    /// Notes the stiffness in 1/H that the branch adds to Γ, for the selected machines, after a new evaluation of Γ.
     #[inline(always)]
     pub fn set_stiffness(&mut self, of: V::Mask, stiffness: Symmetric<V>) {
         keep_symmetric(of, stiffness, &mut self.tangent);
@@ -149,27 +150,27 @@ impl<V: Wide> Cells<V> {
         self.set_stiffness(of, moved.tangent);
     }
 
-    /// Returns the smallest margin of the cells in a step, in Wb; negative if a mode ended. The first value includes
-    /// the tolerance of ordinary steps, the second that of steps cut to end where a mode ends.
+    /// Returns the smallest margin of the cells in a step, in Wb, plus a tolerance; negative if a cell's mode ended. The first value has
+    /// the tolerance of ordinary steps, the second that of steps that were cut to end at the end of a mode.
     #[inline(always)]
     pub fn room(&self, moved: &Moved<V>) -> [V; 2] {
         let least = moved.margin[0].least(moved.margin[1]).least(moved.margin[2]);
         [least + self.slack, least + self.slack * DEEP]
     }
 
-    /// Updates `first`, the mode that ends first in the step of a lane, with the modes of the lane's cells.
+    /// Replaces `first`, the mode that ends first in the step of a lane, if the mode of a cell ends earlier.
     pub fn ends(&self, moved: &Moved<V>, lane: usize, first: &mut First) {
         for k in (0..MOST_CELLS).filter(|k| moved.margin[*k].get(lane) < -self.slack.get(lane)) {
             first.ends(Guard::Branch, moved.cubic[k].get(lane), moved.slack[k].get(lane));
         }
     }
 
-    /// Returns the branch at a flux in Wb for these pinned fluxes in Wb.
+    /// Returns current and stiffness of the branch at a flux in Wb for these pinned fluxes π in Wb.
     pub fn pinned_at(&self, flux: Plane<V>, pinned: &BranchState<V>) -> BranchPoint<V> {
         self.point(pinned.map(|pinned| flux - pinned))
     }
 
-    /// Returns the slopes of the pinned fluxes in V for this slope of the flux in V.
+    /// Returns the time derivatives of the pinned fluxes π in V, for this time derivative of the flux in V.
     pub fn pinned_rise(&self, at: &BranchPoint<V>, rise: Plane<V>) -> BranchState<V> {
         std::array::from_fn(|k| {
             let n = direction(&at.elastic[k]);
@@ -177,7 +178,7 @@ impl<V: Wide> Cells<V> {
         })
     }
 
-    /// Returns the cells after a step to these elastic fluxes in Wb.
+    /// Returns the result of [`Self::moved`] for a step between two ends; `elastic`: elastic fluxes in Wb at the end.
     #[inline(always)]
     fn moved_by(
         &self,
@@ -206,7 +207,7 @@ impl<V: Wide> Cells<V> {
     }
 }
 
-/// Converts the failed search for the current of the iron's remanence into an error of the run.
+/// Converts the error of the search for a flux that balances the remanence into an error of the run.
 fn without_a_state(error: &NoConvergence) -> RunError {
     match error.beyond {
         Some(_) => RunError::left_map([error.current.d, error.current.q]),

@@ -1,4 +1,4 @@
-//! Floating terminals within an attempted step: whether their oscillation may end a mode.
+//! Floating terminals (no device of their leg conducts) within an attempted step: whether their oscillation may end a mode.
 
 use standstill_numeric::{Lane, Mask, Wide};
 
@@ -19,14 +19,14 @@ pub struct Floating<V: Wide> {
     pub potential: [[V; 3]; 2],
     /// Slopes of the potentials in V per step at both ends of the step.
     pub rise: [[V; 3]; 2],
-    /// Lower and upper bound in V of the potentials at which no device of a leg conducts: at the beginning and the end of the step, of each leg.
+    /// Lower and upper bound in V of each leg's potential, beyond which a device conducts, at both ends of the step.
     pub range: [[[V; 2]; 3]; 2],
     /// Slopes of these bounds in V per step at both ends of the step.
     pub moved: [[[V; 2]; 3]; 2],
-    /// Lanes in which the oscillation of a leg cannot end its mode, however many periods the step has.
+    /// For each leg the lanes in which the oscillation cannot end the leg's mode, however many periods the step has.
     pub safe: [V::Mask; 3],
-    /// Share of the step up to which the oscillation of a leg that is safe at its beginning and not at its end leaves its mode alone; 1 if
-    /// there is no such leg.
+    /// Share of the step up to which the oscillation cannot end the mode of a conducting leg that is safe at the beginning of the step but
+    /// not at its end; 1 if there is no such leg.
     pub until: V,
     /// Error of the step apart from [`Self::too_long`].
     pub exact: V,
@@ -35,19 +35,18 @@ pub struct Floating<V: Wide> {
     pub size: V,
 }
 
-/// Square of the largest angle in rad by which an eigenmode may turn in a step where an oscillation may end a leg's
-/// mode: up to this angle the cubics of currents and potentials locate that end. With a smaller oscillation the angle
-/// may be larger: the error of a cubic is a share of the amplitude that grows with the fourth power, θ⁴/384: 1e-3 at
-/// 0.77 rad.
+/// Square of the largest angle θ in rad by which an eigenmode may turn in a step in which an oscillation may end a leg's
+/// mode: up to this angle (0.77 rad) the cubics of currents and potentials locate that end. The error of a cubic is θ⁴/384
+/// of the amplitude, 1e-3 at this angle, so a small oscillation may turn further.
 pub const SEEN: f64 = 0.6;
 
-/// Square of the largest angle in rad by which an eigenmode may turn in a step of a machine with both eddy currents and
-/// ringing terminals, in place of [`SEEN`]: up to this angle the cubic of the flux is as exact as the rest of the step.
+/// Value in place of [`SEEN`] for machines with ringing terminals in which eddy currents, shorted turns or play cells react to
+/// the flux: up to this angle the cubic of the flux is as exact as the rest of the step.
 pub const LAGGED: f64 = 0.09;
 
 impl<V: Wide> Floating<V> {
-    /// Describes the terminals over a step of `h` seconds between two states, given the slopes of the machines, the
-    /// devices' currents in A and the link over the step.
+    /// Describes the terminals over a step of `h` seconds. Each pair holds the values at both ends: states (`places`), time
+    /// derivatives (`change`) and the devices' currents in A (`phases`); `link`: the link over the step.
     #[inline(always)]
     pub fn new(
         machine: &Machine<V>,
@@ -60,7 +59,7 @@ impl<V: Wide> Floating<V> {
     ) -> Self {
         let zero = V::of(0.0);
         let elastance = machine.legs.elastance.unwrap_or(zero);
-        // What lags behind by eddy currents, and cells of the iron, are not part of the oscillators: cubics must follow.
+        // The oscillators do not contain the reaction of eddy currents, shorted turns and play cells: no leg is safe then.
         let may_turn = if machine.lags() { 0 } else { u32::MAX };
         let mut safe = [V::Mask::of_bits(may_turn); 3];
         let (mut size, mut until) = (zero, V::of(1.0));
@@ -107,14 +106,14 @@ impl<V: Wide> Floating<V> {
         }
     }
 
-    /// Returns the square of the largest angle in rad by which a mode turns in the step.
+    /// Returns the square of the largest angle in rad by which an eigenmode turns in the step.
     #[inline(always)]
     pub fn turned(&self) -> V {
         self.ringing.turned[0].greatest(self.ringing.turned[1])
     }
 
-    /// Returns a value above 1 if the step is too long: too long to locate the end of a leg's mode that may lie within
-    /// it, or too long for eddy currents.
+    /// Returns a value above 1 if the step is too long to locate a possible end of a leg's mode within it. `lagged`: whether the
+    /// limit is [`LAGGED`] instead of [`SEEN`].
     #[inline(always)]
     pub fn too_long(&self, lagged: bool) -> V {
         let (most, size) = if lagged { (LAGGED, V::of(1.0)) } else { (SEEN, self.size) };
@@ -130,7 +129,7 @@ impl<V: Wide> Floating<V> {
         pair!(of => side(of, pair!(e => [v[e][k], rise[e][k], range[e][k][of], moved[e][k][of]])))
     }
 
-    /// Returns [`Self::sides`] of one lane.
+    /// Returns the result of [`Self::sides`] for one lane.
     pub fn sides_of(&self, k: usize, lane: usize) -> [Cubic<f64>; 2] {
         let (v, rise, range, moved) = (&self.potential, &self.rise, &self.range, &self.moved);
         [0, 1].map(|of: usize| {

@@ -1,4 +1,4 @@
-//! The two eigenmodes of terminals that ring with a winding.
+//! The two eigenmodes in which terminals with a capacitance oscillate with a winding (symbols: `ringing.rs`).
 
 #[cfg(test)]
 mod tests;
@@ -8,7 +8,7 @@ use standstill_numeric::{Symmetric, Wide};
 use crate::physics::plane::Plane;
 
 /// Smallest squared frequency of a ringing mode, relative to the mean of both modes' squared frequencies; a smaller
-/// value is rounding.
+/// value is a rounding error and counts as zero.
 const RINGS: f64 = 1e-9;
 
 /// The two eigenmodes of machines side by side.
@@ -64,14 +64,14 @@ impl<V: Wide> Modes<V> {
     }
 
     /// Returns bounds on the oscillation of the phase currents and of the terminal potentials in the next `h` seconds,
-    /// and the present values of that oscillation. `current` and `rise` are the winding's current in A and its slope in
-    /// A/s; `elastance` is the inverse capacitance of the terminals in 1/F; `leak` is the rate in 1/s at which dividers
-    /// discharge them, with the voltage in V that they put on the winding.
+    /// and the present values of that oscillation. `current` and `rise`: the winding's current in A and its slope in
+    /// A/s; `elastance`: inverse capacitance of each terminal in 1/F; `leak`: the rate in 1/s at which dividers discharge
+    /// the terminals, and the voltage in V that the terminals put on the winding.
     ///
     /// With the modal current I and η = I′ + D I, the amplitude of a mode is the root of I² + η²/ω². Resistance reduces
     /// the sum of both squared amplitudes, so neither amplitude exceeds the root of that sum. The coupling D₁₂ makes an
-    /// amplitude grow by at most h |D₁₂| times that root. A divider reduces the sum, too; the winding's current oscillates
-    /// about the divider's, `−γ η/ω²` of the slow part of η.
+    /// amplitude grow by at most h |D₁₂| times that root. Dividers reduce the sum, too. With dividers, the winding's current
+    /// oscillates about their current, `−γ/ω²` times the slow part of η.
     #[inline(always)]
     pub fn swing(
         &self,
@@ -93,7 +93,7 @@ impl<V: Wide> Modes<V> {
             });
             now = pair!(m => now[m] - slow[m]);
         }
-        // η/ω²: the charge.
+        // The charge of a mode, η/ω².
         let charge = pair!(m => {
             let met = self.damping[m][0] * now[0] + self.damping[m][1] * now[1];
             (self.back[m].dot(rise) + met) * per_square[m]
@@ -130,38 +130,38 @@ impl<V: Wide> Modes<V> {
 /// Bounds of the oscillation of currents and potentials. See [`Modes::swing`].
 #[derive(Clone, Copy, Debug)]
 pub struct Swing<V> {
-    /// Largest oscillation of the currents, in A.
+    /// Largest deviation of the phase currents from their slow parts, in A.
     pub current: [V; 3],
-    /// Present deviation of the currents from their slow parts, in A.
+    /// Present deviation of the phase currents from their slow parts, in A.
     pub ahead: [V; 3],
-    /// Largest oscillation of the potentials, in V.
+    /// Largest deviation of the potentials from their slow parts, in V.
     pub potential: [V; 3],
     /// Present deviation of the potentials from their slow parts, in V.
     pub away: [V; 3],
-    /// The part of each mode in the potentials.
+    /// The part of each mode in these deviations of the potentials.
     pub modes: [Deviation<V>; 2],
 }
 
 /// Deviation of the potentials from their slow parts by one mode.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Deviation<V> {
-    /// In V.
+    /// Present deviation in V.
     pub away: [V; 3],
-    /// Current in A that charges a terminal: positive if the deviation falls.
+    /// The mode's current in A at each terminal; if it is positive, the deviation falls.
     pub falls: [V; 3],
     /// Largest deviation in V.
     pub most: [V; 3],
 }
 
-/// Square of the angle in rad, a little less than π, up to which a swing turns back once at most.
+/// Square of the angle in rad up to which an oscillation has at most one extremum: the angle is a little less than π.
 const ONCE: f64 = 8.0;
 
-/// Share of its amplitude by which saturation may take a swing beyond what both ends of a step say.
+/// Share of the amplitude by which an oscillation may exceed the values at both ends of a step, because of saturation.
 const BEYOND: f64 = 0.01;
 
 impl<V: Wide> Deviation<V> {
-    /// Returns the lowest and the highest deviation in V of terminal `k` in a step from one deviation to the other, in which the mode
-    /// turns by an angle with this square. It is at an end of the step unless the swing turns back between.
+    /// Returns the lowest and the highest deviation in V of terminal `k` in a step between two deviations; `turned`: square of the angle
+    /// in rad by which the mode turns in the step. Each is at an end of the step, unless the oscillation has an extremum between.
     #[inline(always)]
     pub fn range([begin, end]: [&Self; 2], k: usize, turned: V) -> [V; 2] {
         let zero = V::of(0.0);

@@ -1,19 +1,19 @@
-//! Terminals that ring with the winding, within a step.
+//! Oscillation (ringing) of the terminals' capacitances with the winding, within a step.
 //!
 //! ```text
-//!   dψ/dt = F + w         F = rail U + offset − R i,  w voltage that floating terminals put on the winding
-//!   dw/dt = −K i          currents charge them
-//!   i = i₀ + Γ₀ (ψ − ψ₀) + j(t)      j nonlinear remainder, small and slow
+//!   dψ/dt = F + w         F = rail U + offset − R i,  w: voltage that floating terminals put on the winding
+//!   dw/dt = −K i          the currents charge these terminals
+//!   i = i₀ + Γ₀ (ψ − ψ₀) + j(t)      j: nonlinear remainder, small and slow
 //! ```
-//! With the constant Γ₀ of the step's beginning, these equations are two oscillators: the eigenvectors of G K G with G
-//! = √Γ₀: `ξ = RᵀG (ψ − ψ₀)`, `η = RᵀG w`, `I = RᵀG⁻¹ i = ξ + J`,
+//! With a constant Γ₀, these equations are two oscillators. With G = √Γ₀, R the matrix of the eigenvectors of G K G, ω² its
+//! eigenvalues, `ξ = RᵀG (ψ − ψ₀)`, `η = RᵀG w`, `I = RᵀG⁻¹ i = ξ + J` and `f = RᵀG F`, their equations are
 //! ```text
 //!   ξ′ = η + f,   η′ = −ω² I
 //! ```
-//! The oscillators are solved exactly for cubics f and J with the values and slopes at both ends. Where ω is zero, the
-//! solution is the quadrature of any other step. The winding's resistance damps them: `f = f* − 2δ I`. The damped
-//! oscillator is solved exactly as well in steps that are too long for cubics to contain the damping.
-//! Dividers at the terminals make other numbers of the same oscillators: `ringing/leak.rs`.
+//! The oscillators are solved exactly for cubics f and J that have the values and slopes at both ends. Where ω is zero, the
+//! solution is the quadrature of any other step. The winding's resistance damps the oscillators: `f = f* − 2δ I`. The
+//! damped oscillators are solved in closed form, too, because in long steps a cubic f could not contain the damping.
+//! Dividers at the terminals change the coefficients of the oscillators: `ringing/leak.rs`.
 
 mod leak;
 
@@ -27,8 +27,8 @@ use crate::physics::legs::Terminals;
 use crate::physics::machine::{Change, Operating};
 use crate::physics::plane::Plane;
 
-/// Square of the largest angle, in rad, by which a damped mode turns and is still solved by `Near`. A mode that turns
-/// further is solved by `Far`: as an oscillation about a polynomial.
+/// Square of the largest angle in rad by which a damped mode may turn in a step that [`Near`] solves. A mode that turns
+/// further is solved by [`Far`], as an oscillation about a polynomial.
 const TURNS: f64 = 0.25;
 
 /// Square of the angle in rad up to which a cubic approximates an oscillation with an error of at most 3e-7.
@@ -38,7 +38,7 @@ const FOLLOWED: f64 = 0.01;
 /// the rest.
 const MOST_DAMPED: f64 = 0.9;
 
-/// Number of successive steps whose equal errors together reach the tolerance, if no damping reduces them.
+/// Number of successive steps with equal errors whose sum may reach the tolerance, if no damping reduces the errors.
 pub const ALIKE: f64 = 80.0;
 
 /// Largest total error of a damped oscillation, in multiples of the tolerance; about 5e-8 of rated current at the usual
@@ -104,17 +104,18 @@ pub struct Ringing<V> {
     pub modes: Modes<V>,
     /// Squares of the angles in rad by which the modes turn in the whole step.
     pub turned: [V; 2],
-    /// η per step at the beginning of the step.
+    /// η at the beginning of the step, times the step's length.
     velocity: [V; 2],
-    /// Force per step, without its damping part.
+    /// Force f* times the step's length, without the part that damps, as a cubic over the step.
     force: [Powers<V>; 2],
-    /// Nonlinear remainder J of the modal currents.
+    /// Nonlinear remainder J of the modal currents, as a cubic over the step.
     remainder: [Powers<V>; 2],
     /// Damping δ times the step's length.
     damping: [V; 2],
-    /// Coupling of the first mode's mean current into the second mode where the second does not ring.
+    /// Coupling by the resistance, times the step's length: drop in the second mode per current of the first. Zero if the second mode
+    /// rings.
     across: V,
-    /// Rotation of the modes at the end of the step; unset if only the step's beginning is known.
+    /// Rotation of the modes over the whole step; zero if only the step's beginning is known.
     turn: [Turn<V>; 2],
     /// The terminals' discharge by dividers; none without them.
     leak: Option<Leak<V>>,
@@ -144,6 +145,7 @@ impl<V: Wide> Ringing<V> {
         Self::new::<true>(modes, h, w, leak, ends)
     }
 
+    /// Solves both modes. With `CUBIC`, force and remainder are cubics between both ends; else tangents at the beginning.
     #[inline(always)]
     fn new<const CUBIC: bool>(
         modes: Modes<V>,
@@ -174,7 +176,7 @@ impl<V: Wide> Ringing<V> {
             let modal = pair!(e => modes.back[m].dot(ends[e].current));
             let modal_rise = pair!(e => modes.back[m].dot(ends[e].current_rise) * h);
             let twice = half + half;
-            // What drops of the first mode's current in the second, which does not ring, follows from its mean.
+            // If the second mode does not ring, the drop that the first mode's current makes in it is computed from that current's mean.
             let mut across = [zero; 2];
             let mut across_rise = [zero; 2];
             if m == 1 {
@@ -221,6 +223,7 @@ impl<V: Wide> Ringing<V> {
         self.turned_by(share, &pair!(m => self.turn_after(m, share)))
     }
 
+    /// Returns the result of [`Self::after`]; `turn`: rotations of the modes over this share.
     #[inline(always)]
     fn turned_by(&self, share: V, turn: &[Turn<V>; 2]) -> [Plane<V>; 2] {
         let (first, mean) = self.mode(0, share, V::of(0.0), &turn[0]);
@@ -254,11 +257,11 @@ impl<V: Wide> Ringing<V> {
         (V::choose(far, flux, near[0]), V::choose(far, mean, near[1]))
     }
 
-    /// Returns the part of a resistance in Ω whose drop cubics carry: all except the part that damps the modes in their
-    /// solution.
+    /// Returns the part of a resistance in Ω that the closed-form solution does not contain as damping; cubics account for its
+    /// drop.
     #[inline(always)]
     pub(super) fn left_to_cubics(&self, resistance: &Symmetric<V>, h: V) -> Symmetric<V> {
-        // Of a step without length there is no damping.
+        // In a step of zero length the damping is zero, too.
         let per_length = V::of(2.0) / h.greatest(V::of(1e-30));
         let mut left = *resistance;
         for m in 0..2_usize {
@@ -277,7 +280,7 @@ impl<V: Wide> Ringing<V> {
     #[inline(always)]
     pub fn oscillations(&self) -> [Oscillation<V>; 2] {
         let [first, mut second] = pair!(m => self.oscillation(m));
-        // Where the second mode does not ring: what the first one's current drops in it, −∫ across z e^(σ s).
+        // If the second mode does not ring, it contains the drop of the first mode's oscillation, −∫ across z e^(σ s) ds.
         let slow = !self.turned[1].above(V::of(0.0));
         let ([re, im], [x, y]) = (first.phasor, first.turns);
         let per = self.across / (x * x + y * y);
@@ -291,7 +294,7 @@ impl<V: Wide> Ringing<V> {
     }
 
     /// Returns the oscillating part of a mode's current: the modal current less the polynomial about which it
-    /// oscillates. Zero where the mode turns so little in a step that a cubic describes it.
+    /// oscillates. Zero if the mode turns so little in a step that a cubic describes the oscillation.
     #[inline(always)]
     fn oscillation(&self, m: usize) -> Oscillation<V> {
         let (zero, one) = (V::of(0.0), V::of(1.0));
@@ -328,10 +331,10 @@ impl<V: Wide> Ringing<V> {
             let size = self.modes.back[m].x.abs() + self.modes.back[m].y.abs();
             let turned = self.turned[m];
             let angle = turned.sqrt();
-            // What pulls in time with a swing adds up until the damping holds it.
+            // A remainder in resonance with the mode adds up until the damping limits it.
             let of_remainder = turned / (angle + angle * self.damping[m] + 1.0);
             let both = fourth_order(&self.force[m]) + of_remainder * fourth_order(&self.remainder[m]);
-            // So many steps in a row add up before the damping has taken what the first was off by, as shares of what it may be off.
+            // Number of steps whose equal errors add up before the damping has removed the first one, limited to `ALIKE`.
             let alike = ((self.damping[m] + 1.0) / (self.damping[m] * DAMPED)).least(V::of(ALIKE));
             all = all + size * both * alike * (1.0 / ALIKE);
         }
@@ -351,7 +354,7 @@ pub struct Oscillation<V> {
 }
 
 impl<V: Wide> Oscillation<V> {
-    /// Copies one lane's oscillation to all lanes; lane k covers its own share of the step.
+    /// Copies one lane's oscillation to all lanes, each restricted to the first `share` of the step that stands in its lane.
     #[inline(always)]
     pub fn of_lane(&self, lane: usize, share: V) -> Self {
         let [decay, turn] = pair!(n => share * self.turns[n].get(lane));

@@ -1,5 +1,5 @@
-//! Stumpff's functions c_k(x) = Σ (−x)^j / (k + 2j)!: the response of an oscillator to a force that is a power of
-//! time.
+//! Stumpff's functions c_k(x) = Σ (−x)^j / (k + 2j)!, sum over j from 0. With them the response of an oscillator to a power
+//! of time is written.
 
 use standstill_numeric::{PER_FACTORIAL, Wide, eight, sin_cos};
 

@@ -1,4 +1,5 @@
-//! One ringing mode over a step, with force and remainder that are cubics (`ringing.rs`):
+//! Solution of one ringing mode over a step, with a force f and a remainder J that are cubics (symbols: `ringing.rs`). Time is
+//! in steps, y is the damping, and θ the angle in rad by which the mode turns in the step:
 //!
 //! ```text
 //!   ξ′ = η + f − 2 y ξ,   η′ = −θ² (ξ + J),   I = ξ + J
@@ -17,7 +18,8 @@ pub fn cubic<V: Wide>(value: [V; 2], slope: [V; 2]) -> Powers<V> {
     hermite::Cubic { value, slope }.powers()
 }
 
-/// Returns the coefficients of the cubic; without `CUBIC`, those of its tangent at the beginning.
+/// Returns the coefficients of the cubic with these values and slopes per step at both ends; without `CUBIC`, those of the tangent at the
+/// beginning.
 #[inline(always)]
 pub fn over<V: Wide, const CUBIC: bool>(value: [V; 2], slope: [V; 2]) -> Powers<V> {
     if CUBIC { cubic(value, slope) } else { [value[0], slope[0], V::of(0.0), V::of(0.0)] }
@@ -31,6 +33,7 @@ pub fn scaled<V: Wide>(of: &Powers<V>, share: V, first: V) -> Powers<V> {
     [a * first, b * share * first, c * two * first, d * three * first]
 }
 
+/// Returns the sum of a cubic's coefficients, each times its weight.
 #[inline(always)]
 pub fn sum<V: Wide>(of: &Powers<V>, with: &[V; 4]) -> V {
     of[0] * with[0] + of[1] * with[1] + of[2] * with[2] + of[3] * with[3]
@@ -42,13 +45,14 @@ pub fn mean_of<V: Wide>(of: &Powers<V>) -> V {
     of[0] + of[1] * 0.5 + of[2] * (1.0 / 3.0) + of[3] * 0.25
 }
 
+/// Returns the value of a cubic at the end of its step.
 #[inline(always)]
 pub fn at_end<V: Wide>(of: &Powers<V>) -> V {
     of[0] + of[1] + of[2] + of[3]
 }
 
-/// Returns the polynomial about which the modal current I oscillates: the parabola that solves `I″ + 2 y I′ + θ² I = f′
-/// + J″ + 2 y J′`. The right side is a parabola if f and J are cubics.
+/// Returns the coefficients of the parabola about which the modal current I oscillates: it solves `I″ + 2 y I′ + θ² I = f′ + J″
+/// + 2 y J′`, whose right side is a parabola if f and J are cubics. `turned`: θ²; `damping`: y.
 #[inline(always)]
 pub fn about<V: Lane>(turned: V, damping: V, f: &Powers<V>, j: &Powers<V>) -> [V; 3] {
     let twice = damping + damping;
@@ -65,21 +69,24 @@ pub fn about<V: Lane>(turned: V, damping: V, f: &Powers<V>, j: &Powers<V>) -> [V
 
 /// Solution of a mode over a step in which it turns by a small angle, or is not damped.
 pub struct Near<V> {
+    /// Squared angle θ² of the mode in the step.
     pub turned: V,
+    /// Damping y.
     pub damping: V,
     /// Decay factor e^(−y).
     pub decay: V,
+    /// Stumpff's functions c₀ to c₅ of θ² − y².
     pub stumpff: [V; 6],
 }
 
 impl<V: Wide> Near<V> {
-    /// Returns ξ at the end of the step and the mean of I; `velocity`: η at its beginning. With damping, cubics
-    /// approximate force and remainder times `e^(y s)`.
+    /// Returns ξ at the end of the step and the mean of I over it; `velocity`: η at its beginning; `damped`: lanes with damping. With
+    /// damping, force and remainder times `e^(y s)` are approximated by cubics.
     #[inline(always)]
     pub fn after(&self, velocity: V, f: &Powers<V>, j: &Powers<V>, damped: V::Mask) -> [V; 2] {
         let (turned, y) = (self.turned, self.damping);
         let [_, c1, c2, c3, c4, c5] = self.stumpff;
-        // ∫ cos and ∫ sin of the rest of the step over the powers of time.
+        // Integrals over the step of the powers of time, times cosine and sine of the angle that is left.
         let cosines = [c1, c2, c3 * 2.0, c4 * 6.0];
         let sines = [c2, c3, c4 * 2.0, c5 * 6.0];
         let mean = c2 * velocity + sum(f, &sines) + sum(j, &cosines);
@@ -90,7 +97,7 @@ impl<V: Wide> Near<V> {
         let (f, j) = (grown(f, y, decay, damped), grown(j, y, decay, damped));
         let pull = turned * sum(&j, &sines) + y * sum(&f, &sines);
         let flux = c1 * velocity + sum(&f, &cosines) - pull;
-        // What the charge has done, as far as it differs from an undamped one's.
+        // With damping, the mean of I follows from the change of η.
         let [c0, ..] = self.stumpff;
         let pulled = turned * sum(&j, &cosines) + y * sum(&f, &cosines);
         let speed = c0 * velocity - (turned - y * y) * sum(&f, &sines) - pulled;
@@ -119,17 +126,20 @@ fn grown<V: Wide>(of: &Powers<V>, y: V, decay: V, damped: V::Mask) -> Powers<V> 
 
 /// Solution of a damped oscillation over a step.
 pub struct Far<V> {
-    /// Squared angle θ² of the mode in the step, damping y, decay factor e^(−y), cos w, and (sin w)/w, with w² = θ² −
-    /// y².
+    /// Squared angle θ² of the mode in the step.
     pub turned: V,
+    /// Damping y.
     pub damping: V,
+    /// Decay factor e^(−y).
     pub decay: V,
+    /// cos w, with w² = θ² − y².
     pub cos: V,
+    /// (sin w)/w.
     pub sin: V,
 }
 
 impl<V: Wide> Far<V> {
-    /// Returns ξ at the end of the step and the mean of I; `velocity`: η at its beginning. The solution is a parabola
+    /// Returns ξ at the end of the step and the mean of I over it; `velocity`: η at its beginning. The solution is a parabola
     /// plus a decaying oscillation about it.
     #[inline(always)]
     pub fn after(&self, velocity: V, f: &Powers<V>, j: &Powers<V>) -> [V; 2] {
@@ -143,13 +153,13 @@ impl<V: Wide> Far<V> {
             decay * ((rise - damping * away) * self.cos - (away * square + damping * rise) * self.sin);
         let flux = zeroth + first + second + left - at_end(j);
         let slope = first + second * 2.0 + falls - (j[1] + j[2] * 2.0 + j[3] * 3.0);
-        // The charge says what I was: η′ = −θ² I.
+        // The mean of I follows from the change of η: η′ = −θ² I.
         let velocity_at_end = slope - at_end(f) + (damping + damping) * flux;
         [flux, (velocity - velocity_at_end) / turned]
     }
 }
 
-/// Returns e^(−x) for non-negative x, cut at x = 64, where the result is below rounding.
+/// Returns e^(−x) for non-negative x. Above x = 64, returns e^−64, which is negligible.
 #[inline(always)]
 pub fn decayed<V: Wide>(x: V) -> V {
     let part = x.least(V::of(64.0)) * (-1.0 / 128.0);

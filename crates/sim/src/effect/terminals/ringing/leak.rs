@@ -1,7 +1,7 @@
-//! Dividers that discharge terminals that ring, within a step.
+//! The discharge of ringing terminals by dividers, within a step.
 //!
-//! A divider at each terminal discharges it at the rate γ (`dw/dt = −K i − γ w`). With `η̂ = η + γ ξ` this is again an
-//! oscillator of `ringing.rs`, with other numbers:
+//! A divider at each terminal discharges it at the rate γ (`dw/dt = −K i − γ w`). With `η̂ = η + γ ξ` the equations are again
+//! those of an oscillator as in `ringing.rs`, with changed coefficients:
 //! ```text
 //!   ξ′ = η̂ + f* − 2δ I − γ ξ,   η̂′ = −(ω² + 2δγ) (ξ + Ĵ),   Ĵ = J − γ f*/(ω² + 2δγ)
 //! ```
@@ -12,25 +12,25 @@ use standstill_numeric::Wide;
 use super::Ringing;
 use crate::effect::terminals::swing::{Powers, decayed, mean_of, scaled};
 
-/// Discharge of the terminals by dividers over a step. With it, the numbers of [`Ringing`] are those of η̂ and Ĵ.
+/// Discharge of the terminals by dividers over a step. If it is there, the coefficients in [`Ringing`] are those for η̂ and Ĵ.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leak<V> {
-    /// Rate γ times the step's length.
+    /// Rate γ of the discharge times the step's length.
     rate: V,
-    /// Squared angles of the modes without it.
+    /// Squared angles in rad² by which the modes would turn in the step without the discharge.
     turned: [V; 2],
-    /// J − Ĵ of the first mode.
+    /// Difference J − Ĵ of the first mode, as a cubic over the step.
     aside: Powers<V>,
 }
 
 impl<V: Wide> Leak<V> {
-    /// Makes the discharge at this rate times the step's length, before the modes are known.
+    /// Makes the record of a discharge, before the modes are known; `rate`: γ times the step's length.
     #[inline(always)]
     pub fn of(rate: V) -> Self {
         Self { rate, turned: [V::of(0.0); 2], aside: [V::of(0.0); 4] }
     }
 
-    /// Returns the part of a mode's damping over the step that the dividers cause.
+    /// Returns the part of a mode's damping (times the step's length) that the dividers cause.
     #[inline(always)]
     pub fn damping(&self, m: usize) -> V {
         V::only(self.turned[m].above(V::of(0.0)), self.rate) * 0.5
@@ -38,7 +38,7 @@ impl<V: Wide> Leak<V> {
 }
 
 impl<V: Wide> Ringing<V> {
-    /// Turns the numbers of a mode into those of η̂ and Ĵ. A mode that does not ring has no terminal to discharge.
+    /// Changes the coefficients of a mode to those for η̂ and Ĵ. A mode that does not ring has no charged terminal and stays unchanged.
     #[inline(always)]
     pub(super) fn discharge(&mut self, m: usize) {
         let Some(leak) = &mut self.leak else { return };
@@ -60,8 +60,8 @@ impl<V: Wide> Ringing<V> {
         self.damping[m] = self.damping[m] + rate * 0.5;
     }
 
-    /// Returns the mean of a mode's current after a share of the step, and the mean of the current that would have
-    /// changed η as much without dividers, from ξ and the mean of ξ + Ĵ.
+    /// Returns two means over a share of the step: that of a mode's current, and that of the current which without dividers would
+    /// have changed η equally. `flux`: ξ at the end of the share; `mean`: mean of ξ + Ĵ.
     #[inline(always)]
     pub(super) fn means(&self, m: usize, share: V, flux: V, mean: V) -> [V; 2] {
         let Some(leak) = &self.leak else { return [mean; 2] };
@@ -73,7 +73,7 @@ impl<V: Wide> Ringing<V> {
         [if m == 0 { mean + aside } else { mean }, charging]
     }
 
-    /// Returns the share by which the common potential of floating terminals falls in a share of the step; none without
+    /// Returns the fraction by which the common potential of three floating terminals falls in a share of the step; none without
     /// dividers.
     #[inline(always)]
     pub(in crate::effect::terminals) fn fallen(&self, share: V) -> Option<V> {
