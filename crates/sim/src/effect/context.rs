@@ -1,5 +1,5 @@
-//! Arguments of effects: states within a step, and one machine at one time. Also functions that copy the values of
-//! selected lanes.
+//! Arguments of the effects' methods: the ends of a step, a point within a step, one machine at one time. Also functions
+//! that copy the values of selected lanes.
 
 use standstill_interface::Dq;
 use standstill_numeric::{Symmetric, Wide};
@@ -15,7 +15,7 @@ use crate::physics::plane::Plane;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::{Here, Tried};
 
-/// The beginning of a step.
+/// The beginning of a step, with the quantities that are constant over the step.
 #[derive(Clone, Copy)]
 pub struct Begin<'s, 'a, V: Wide> {
     /// Length of the step in s.
@@ -45,7 +45,7 @@ pub struct End<'s, 'a, V: Wide> {
     pub change: &'s Change<V>,
 }
 
-/// The point at which the core was evaluated, and the linear response around it.
+/// The point (flux) at which the core was evaluated near the end of a step, and the linear response of the currents around it.
 #[derive(Clone, Copy)]
 pub struct Looked<V: Wide> {
     /// Flux in Wb at which the core was evaluated.
@@ -58,7 +58,7 @@ pub struct Looked<V: Wide> {
     pub short: Option<ShortPoint<V>>,
     /// Inverse incremental inductance Γ in 1/H at that flux.
     pub gamma: Symmetric<V>,
-    /// Change of the current in A per V·s of a voltage impulse at the blocked leg's terminal.
+    /// Change of the current vector in A per V·s of a voltage impulse at the blocked leg's terminal.
     across: Plane<V>,
     /// Reciprocal of the change of the blocked leg's own current per V·s of that impulse.
     per_impulse: V,
@@ -67,7 +67,7 @@ pub struct Looked<V: Wide> {
 }
 
 impl<V: Wide> Looked<V> {
-    /// Records the point `there` at which the core was just evaluated, with this value of the parallel branch.
+    /// Records the point `there` at which the core was just evaluated; `branch`: the parallel branch of the play cells there.
     #[inline(always)]
     pub fn at(
         there: &Here<V>,
@@ -91,7 +91,7 @@ impl<V: Wide> Looked<V> {
         }
     }
 
-    /// Sets blocked legs' currents to zero, as an impulse at their terminals would.
+    /// Sets the currents of blocked legs to zero, and changes the flux as a voltage impulse at their terminals would.
     #[inline(always)]
     pub fn settle(&self, legs: &Conducting<V>, there: &mut Here<V>) {
         let (blocked, at) = (legs.terminals.blocked, &mut there.at);
@@ -106,7 +106,7 @@ impl<V: Wide> Looked<V> {
         at.current = at.current - change;
     }
 
-    /// Returns the flux in Wb that blocked legs add where the current falls by `change` in A.
+    /// Returns the flux in Wb that [`Self::settle`] adds in response when another effect reduces the current by `change` in A.
     #[inline(always)]
     pub fn follows(&self, legs: &Conducting<V>, change: Plane<V>) -> Plane<V> {
         let blocked = legs.terminals.blocked;
@@ -117,14 +117,14 @@ impl<V: Wide> Looked<V> {
         Plane::choose(legs.idle, change.through(self.gamma.inverse()), one)
     }
 
-    /// Returns a flux in Wb corrected by the voltage impulse that keeps the blocked leg's current unchanged.
+    /// Returns a change of flux in Wb plus the impulse at the blocked leg's terminal that keeps this leg's current unchanged.
     #[inline(always)]
     pub fn held(&self, legs: &Conducting<V>, flux: Plane<V>) -> Plane<V> {
         flux - legs.terminals.blocked * (self.across.dot(flux) * self.per_impulse)
     }
 
-    /// Returns the flux in Wb and the current in A that make the torque: the core's, without the current of the
-    /// parallel branches. `lagging`: flux χ of shorted turns in Wb.
+    /// Returns the flux in Wb and the current in A that make the torque: those of the core, so that the currents of the parallel
+    /// branches are subtracted. `lagging`: flux χ of shorted turns in Wb.
     #[inline(always)]
     pub fn core(&self, flux: Plane<V>, mut current: Plane<V>, lagging: V) -> [Plane<V>; 2] {
         if let Some(short) = &self.short {
@@ -136,7 +136,7 @@ impl<V: Wide> Looked<V> {
         }
     }
 
-    /// Returns the flux χ of shorted turns in Wb at which the core was evaluated; `there`: without them.
+    /// Returns the flux χ of shorted turns in Wb at which the core was evaluated; `there` without shorted turns.
     #[inline(always)]
     fn lagging(&self, there: V) -> V {
         match &self.short {
@@ -145,8 +145,7 @@ impl<V: Wide> Looked<V> {
         }
     }
 
-    /// Returns flux and current that make the torque, as [`Self::core`] does, first for flux and current before the corrections of a
-    /// step, then for those of `there`.
+    /// Returns the result of [`Self::core`] twice: for this flux and current before the corrections of a step, and for those of `there`.
     #[inline(always)]
     pub fn cores(&self, [flux, current]: [Plane<V>; 2], there: &Here<V>) -> [[Plane<V>; 2]; 2] {
         let (state, lagging) = (&there.state, self.lagging(there.state.shorted));
@@ -216,14 +215,14 @@ impl<V: Wide> Moment<'_, '_, V> {
         self.machine.legs.phases(self.here.at.current).map(|current| self.one(&current))
     }
 
-    /// Returns the energies in J stored in all effects, as changes from zero.
+    /// Returns the energies in J that all effects store, in the accounts of changes (`field_change`, `link_change` and so on).
     pub fn energies(&self) -> Ledger {
         let mut stored = Ledger::default();
         each_effect!(self.machine, self.machine.branch.as_ref(), effect => effect.energy(self, &mut stored));
         stored
     }
 
-    /// Returns the powers in W of all effects, account by account, at a place within the step just accepted.
+    /// Returns the powers in W of all effects, account by account, at a point within the step just accepted.
     pub fn powers(&self, span: &Span<'_, '_, V>) -> Ledger {
         let mut powers = Ledger::default();
         each_effect!(self.machine, span.branch, effect => effect.power(self, span, &mut powers));
@@ -231,19 +230,19 @@ impl<V: Wide> Moment<'_, '_, V> {
     }
 }
 
-/// Copies numbers of the selected machines.
+/// Copies the numbers of the selected lanes (`of`) from `from` to `to`.
 #[inline(always)]
 pub fn keep<V: Wide>(of: V::Mask, from: V, to: &mut V) {
     *to = V::choose(of, from, *to);
 }
 
-/// Copies vectors of the selected machines.
+/// Copies the vectors of the selected lanes (`of`) from `from` to `to`.
 #[inline(always)]
 pub fn keep_plane<V: Wide>(of: V::Mask, from: Plane<V>, to: &mut Plane<V>) {
     *to = Plane::choose(of, from, *to);
 }
 
-/// Copies matrices of the selected machines.
+/// Copies the matrices of the selected lanes (`of`) from `from` to `to`.
 #[inline(always)]
 pub fn keep_symmetric<V: Wide>(of: V::Mask, from: Symmetric<V>, to: &mut Symmetric<V>) {
     keep(of, from.xx, &mut to.xx);
@@ -251,7 +250,7 @@ pub fn keep_symmetric<V: Wide>(of: V::Mask, from: Symmetric<V>, to: &mut Symmetr
     keep(of, from.yy, &mut to.yy);
 }
 
-/// Copies vectors in the rotor's plane of the selected machines.
+/// Copies the vectors in the rotor's plane of the selected lanes (`of`) from `from` to `to`.
 #[inline(always)]
 pub fn keep_dq<V: Wide>(of: V::Mask, from: Dq<V>, to: &mut Dq<V>) {
     keep(of, from.d, &mut to.d);

@@ -16,8 +16,8 @@ use crate::step::error::Accuracy;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Here;
 
-/// Time in s that converts a correction of the link's voltage in V into an estimated flux error in Wb. It is only a
-/// third of a microsecond, because the corrected voltage is far more exact than the size of the correction suggests.
+/// Time in s that converts a correction of the link's voltage in V into an estimated flux error in Wb. It is only 0.3 µs,
+/// because the error of the corrected voltage is far smaller than the correction.
 const SHARE_OF_LINK: f64 = 3e-7;
 
 /// Quantities of the DC link over a step.
@@ -52,7 +52,7 @@ impl<V: Wide> LinkStep<V> {
     }
 
     /// Returns the corrected integral of the voltage in V·s over a step of `h` seconds less that of the cubic between the
-    /// ends: zero where a capacitor's voltage is that cubic.
+    /// ends. Zero if the link has a capacitor, whose voltage is this cubic.
     #[inline(always)]
     pub fn over_cubic(&self, h: V) -> V {
         self.area + self.more - hermite_area(h, self.voltage, self.rise)
@@ -173,8 +173,7 @@ impl<V: Wide> Effect<V> for Links<V> {
 }
 
 impl<V: Wide> Links<V> {
-    /// Updates the source's voltage in a lane to the time of `here`, and the link's voltage if no capacitor separates
-    /// the two.
+    /// Updates the source's voltage in a lane to the time of `here`; without a capacitor, also the link's voltage, which is equal.
     pub fn look(&self, lane: usize, here: &mut Here<V>) {
         let source = self.source_of(lane, here.time.get(lane) * 1e-9);
         here.source.voltage.put(lane, source.voltage);
@@ -184,7 +183,7 @@ impl<V: Wide> Links<V> {
         }
     }
 
-    /// Returns the integral of the voltage in V·s from the beginning of a step to the point `there` within it.
+    /// Returns the integral of the link's voltage in V·s from the beginning of a step to the point `there` within it.
     #[inline(always)]
     pub fn area_within(&self, span: &Span<'_, '_, V>, there: &Here<V>) -> V {
         match &self.storage {
@@ -201,7 +200,7 @@ pub fn stored<V: Wide>(span: &Span<'_, '_, V>) -> Cubic<V> {
 }
 
 impl<V: Wide> Storages<V> {
-    /// Returns the slope of the voltage in V/s and its second derivative in V/s².
+    /// Returns the first and the second time derivative of the capacitor's voltage, in V/s and V/s².
     #[inline(always)]
     fn slopes(
         &self,
@@ -215,7 +214,8 @@ impl<V: Wide> Storages<V> {
         (rise, (source.rise - rise) * self.rate - self.taken(rail, current_rise))
     }
 
-    /// Returns the slope of the voltage in V/s for a source's voltage in V.
+    /// Returns the time derivative of the capacitor's voltage in V/s. `rail`: voltage vector of the legs per V of the link; `link` and
+    /// `source`: voltages in V; `current`: current vector in A.
     #[inline(always)]
     pub fn rise(&self, rail: &Plane<V>, link: V, source: V, current: Plane<V>) -> V {
         (source - link) * self.rate - self.taken(rail, current)

@@ -14,25 +14,25 @@ use crate::physics::state::State;
 use crate::step::error::Accuracy;
 use crate::step::two_derivative::Here;
 
-/// Share of the correction of the angle that counts as error of a step; [`SHARE_OF_SPEED`] is the share for the angle
-/// that a corrected speed makes within the step. For an acceleration e^(−x s) with small x, the prediction errs by
-/// x²/24 and x²/6, the corrected value by x³/720 and x⁴/720. No step is longer than the winding's time constant, so for
-/// torque, which is of second order in the currents, x is at most 2, and the ratio of the errors at most 0.012 and
-/// 0.021. The constants are eight and five times these ratios, for torque that is not a single exponential.
+/// Share of the correction of the angle that counts as error of a step. [`SHARE_OF_SPEED`] is the share for the correction of
+/// the speed, times the step's length. For an acceleration e^(−x s) with small x, the predictions of angle and speed err
+/// by x²/24 and x²/6, the corrected values by x³/720 and x⁴/720. No step is longer than the winding's time constant, so
+/// for torque, which is of second order in the currents, x is at most 2, and the ratios of the errors are at most 0.012
+/// and 0.021. The constants are eight and five times these ratios, for torque that is not a single exponential.
 pub(crate) const SHARE_OF_ANGLE: f64 = 0.1;
-/// Share of the angle made by the speed's correction that counts as error: see [`SHARE_OF_ANGLE`].
+/// Share of the speed's correction, times the step's length, that counts as error of the angle: see [`SHARE_OF_ANGLE`].
 pub(crate) const SHARE_OF_SPEED: f64 = 0.1;
 
 /// Quantities of the rotors over a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RotorStep<V> {
-    /// Accelerations in rad/s² at both ends, and their slopes in rad/s³.
+    /// Accelerations in rad/s² at both ends.
     pub acceleration: [V; 2],
+    /// Time derivatives of the accelerations in rad/s³ at both ends.
     jerk: [V; 2],
-    /// Slope of the torque at both ends, in N·m/s.
+    /// Time derivatives of the torque in N·m/s at both ends.
     pub torque_rise: [V; 2],
-    /// Correction of the angle in rad, plus the weighted correction of the speed: the rotor's contribution to the
-    /// error.
+    /// Correction of the angle in rad plus the weighted correction of the speed: the rotor's error before its weight.
     correction: V,
 }
 
@@ -80,7 +80,7 @@ impl<V: Wide> Effect<V> for Rotors<V> {
         let [angle_error, speed_error] = [turned - state.turned, speed - state.speed];
         (state.turned, state.speed) = (turned, speed);
         there.at.current = there.at.current + there.at.turning * angle_error;
-        // The speed acts on the flux through the holding voltage only; what it is off by within a step shows there.
+        // An error of the speed within the step acts on the flux only through the voltage that holds blocked legs' currents at zero.
         step.correction = angle_error.abs() + (speed_error * h).abs() * SHARE_OF_SPEED;
     }
 
@@ -147,7 +147,7 @@ impl<V: Wide> Effect<V> for Rotors<V> {
         powers.friction_loss += moment.motion.friction(&motor.rotor, speed) * speed;
         powers.load_work += moment.one(&self.load) * speed;
         if moment.case.rotor == RotorState::Driven {
-            // What turns it takes all that the motor does, and gives what friction and the rotor's inertia take.
+            // The outside drive absorbs all work of the motor, and supplies friction and the acceleration of the rotor's inertia.
             let inert = motor.rotor.inertia * moment.case.acceleration / f64::from(motor.pole_pairs);
             let left = moment.one(&at.torque) - moment.one(&self.load) - inert;
             powers.load_work += left * speed - moment.motion.friction(&motor.rotor, speed) * speed;
@@ -156,14 +156,14 @@ impl<V: Wide> Effect<V> for Rotors<V> {
 }
 
 impl<V: Wide> Rotors<V> {
-    /// Updates the torque after flux and current were corrected from the values `from`.
+    /// Updates the torque after flux and current have changed from the values `from` to those of `there`.
     #[inline(always)]
     pub fn follow(&self, looked: &Looked<V>, from: [Plane<V>; 2], there: &mut Here<V>) {
         let change = looked.cores(from, there);
         there.at.torque = there.at.torque + self.torque_change(&there.at, change[0], change[1]);
     }
 
-    /// Updates the torque after the last corrections, and computes the motion from it.
+    /// Updates the torque after the last corrections of flux and current, and from it speed and angle.
     #[inline(always)]
     pub fn finish(
         &self,

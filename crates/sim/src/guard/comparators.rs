@@ -1,4 +1,4 @@
-//! Guards of the comparators: the currents at which the comparators trip.
+//! Guards of the comparators: the distances of the currents from the levels at which the comparators trip.
 
 use standstill_numeric::Wide;
 
@@ -8,7 +8,7 @@ use crate::sensing::Input;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Tried;
 
-/// Currents in A at which the comparators trip; infinite for comparators that do not watch.
+/// Currents in A at which the comparators trip; infinite for comparators that are absent or disabled.
 #[derive(Clone, Copy, Debug)]
 pub struct Levels<V> {
     /// Level of the current in the DC link.
@@ -20,8 +20,8 @@ pub struct Levels<V> {
     pub below: V,
 }
 
-/// Returns the sum over the legs at the positive rail: of the legs' currents in A, the current that they draw from it; of
-/// their slopes, its slope. `rail`: 1 for a leg at the positive rail, else 0.
+/// Returns the current in A that the legs draw from the positive rail, or its slope: the sum of these legs' currents or slopes.
+/// `rail`: 1 for a leg at the positive rail, else 0.
 #[inline(always)]
 fn drawn<V: Wide>(rail: [V; 3], of: [V; 3]) -> V {
     rail[0] * of[0] + rail[1] * of[1] + rail[2] * of[2]
@@ -80,9 +80,9 @@ impl<V: Wide> Levels<V> {
 }
 
 impl<V: Wide> Tried<V> {
-    /// Returns two margins in A: the smallest of all comparators within the step and at its end, and the smallest at
-    /// its end among comparators that the current had not already passed at the beginning. A level that a gate edge
-    /// jumps over trips at the beginning of the step.
+    /// Returns two margins in A: the smallest of all comparators within the step and at its end, and the smallest at its end
+    /// of the comparators whose level the current had not passed at the beginning. (A comparator whose current jumps past
+    /// its level at a gate edge trips at the beginning of the step.)
     #[inline(always)]
     pub fn room_to_trip(&self, levels: &Levels<V>) -> [V; 2] {
         let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
@@ -100,10 +100,10 @@ impl<V: Wide> Tried<V> {
 }
 
 impl<V: Wide> Bank<'_, V> {
-    /// Offers the trips of comparators within the step of a lane to `first`.
+    /// Replaces `first`, the mode that ends first in the step of a lane, if a comparator trips earlier.
     pub fn trips(&self, lane: usize, first: &mut First) {
         let (Some(levels), tried) = (&self.bounds.levels, &self.outcome.tried) else { return };
-        // Of this machine alone: code for wide registers belongs into the functions for them.
+        // With scalars of this machine alone, because this function is not compiled for wide registers.
         let alone = |of: &[[V; 3]; 2]| of.map(|each| each.map(|pack| pack.get(lane)));
         let levels = Levels {
             link: levels.link.get(lane),

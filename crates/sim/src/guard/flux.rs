@@ -1,4 +1,4 @@
-//! Guards of the core: the end of its flux map, its kinks, and the modes of the parallel play cells.
+//! Guards of the core: the end of its flux map, its kinks at zero flux, and the modes of the parallel play cells.
 
 use standstill_numeric::Wide;
 
@@ -28,7 +28,7 @@ impl<V: Wide> Bounds<V> {
 }
 
 impl<V: Wide> Tried<V> {
-    /// Returns the smallest of `least` and the margins, plus slack, of flux map and kinks at the end of the step.
+    /// Returns the smallest of `least` and of the margins of flux map and kinks at the end of the step, with the slack added.
     #[inline(always)]
     pub fn room_of_core(&self, mut least: V, machine: &Machine<V>, bounds: &Bounds<V>) -> V {
         if machine.circuits.have_ends() {
@@ -62,7 +62,8 @@ impl<V: Wide> Bank<'_, V> {
         }
     }
 
-    /// Offers the end of the flux map, the core's kinks, and the modes of the play cells to `first`.
+    /// Replaces `first`, the mode that ends first in the step of a lane, if the end of the flux map, a kink of the core or the end of a
+    /// play cell's mode is reached earlier.
     pub fn core_ends(&self, lane: usize, first: &mut First) {
         let (tried, slack, one) = (&self.outcome.tried, &self.bounds.slack, |pack: &V| pack.get(lane));
         let [begin, end] = tried.margins.each_ref().map(|margins| one(&margins.domain));
@@ -70,7 +71,7 @@ impl<V: Wide> Bank<'_, V> {
             first.ends(Guard::Domain, straight(begin, end), one(&slack.domain));
         }
         if let Some(sides) = &self.bounds.sides {
-            // While the rotor stands, the core's flux changes as the winding's.
+            // While the rotor stands still, the slope of the core's flux is that of the winding's.
             let rise = [0, 1].map(|end: usize| {
                 let flux = &tried.change[end].flux;
                 [one(&flux.x), one(&flux.y)].map(|rise| rise * one(&tried.h))

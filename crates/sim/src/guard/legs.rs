@@ -11,13 +11,13 @@ use crate::physics::state::State;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Tried;
 
-/// Smallest share of a step after which a blocked leg's potential may be estimated to reach its bound. The slope of the
-/// potential is unknown, and a straight line that begins close to the bound is a poor estimate. A share of a twentieth
-/// still shortens steps fast enough.
+/// Lower limit of the share of a step at which a blocked leg's potential is estimated to reach its bound. The slope of the
+/// potential is unknown, and a straight line that begins close to the bound is a poor estimate. With this limit, repeated
+/// attempts still shorten the step fast enough.
 const LEAST_SHARE: f64 = 0.05;
 
 /// Multiple of the slack (2e-9 of the link's voltage) by which the potential of a blocked leg may have passed its bound
-/// when the leg begins to conduct. The error of conducting late grows with the square of this distance.
+/// when the leg begins to conduct. The error caused by this late beginning grows with the square of the distance.
 pub const POTENTIAL_DEEP: f64 = 2e3;
 
 impl<V: Wide> Bounds<V> {
@@ -47,7 +47,7 @@ impl<V: Wide> Bounds<V> {
         let potential = change.blocked_potential;
         let none_is_blocked = V::Mask::of_bits(if capacitive { u32::MAX } else { 0 });
         let all_flow = none_is_blocked | legs.flows[0] & legs.flows[1] & legs.flows[2];
-        // Where nothing changes what drives them, idle legs stay idle.
+        // Idle legs stay idle unless the link's voltage or an induced voltage changes.
         let blocked = V::choose(legs.idle | all_flow, far, (potential - low).least(high - potential));
         margins.blocked = blocked;
         if (machine.drifts_if::<RARE>() || machine.links.vary()) && V::any(legs.idle) {
@@ -57,8 +57,8 @@ impl<V: Wide> Bounds<V> {
     }
 }
 
-/// Returns the margin in V of machines whose legs are all blocked. The induced voltages give the differences of the
-/// potentials; their common part is taken halfway between the bounds.
+/// Returns the margin in V of machines whose legs are all blocked. The induced voltages determine the differences of the
+/// potentials; the common part of the potentials is unknown and taken halfway between the bounds.
 #[inline(always)]
 fn room_of_idle<const RARE: bool, V: Wide>(
     machine: &Machine<V>,
@@ -81,8 +81,9 @@ fn room_of_idle<const RARE: bool, V: Wide>(
 }
 
 impl<V: Wide> Tried<V> {
-    /// Returns three margins of the legs, with the slack added: the smallest of `least` and of the margins within the
-    /// step; the smallest at its end at which a mode may end; and the blocked leg's margin at its beginning.
+    /// Returns three margins of the legs, with slack added: the smallest of `least` and of all margins within the step and at its
+    /// end; the smallest at its end with the larger slack for a step that was cut at the end of a mode; and the blocked leg's
+    /// at its beginning.
     #[inline(always)]
     pub fn room_of_legs<const RARE: bool>(&self, mut least: V, bounds: &Bounds<V>) -> [V; 3] {
         let (mut slack, mut ended) = (bounds.slack.leg, [bounds.ended; 3]);
@@ -117,13 +118,13 @@ impl<V: Wide> Tried<V> {
         let mut turns = V::of(f64::NEG_INFINITY);
         for k in 0..3 {
             let cubic = self.leg_current(k);
-            // Positive only where the first slope is negative and the second positive.
+            // Positive only if the first slope is negative and the second positive.
             turns = turns.greatest((-cubic.slope[0]).least(cubic.slope[1]));
         }
         turns.above(V::of(0.0))
     }
 
-    /// Returns the smallest of the legs' currents in A at their minima, with the slack added.
+    /// Returns the smallest of the legs' currents in A at their minima within the step, with the slack added.
     #[inline(always)]
     fn dips(&self, bounds: &Bounds<V>) -> V {
         let mut least = V::of(f64::INFINITY);
@@ -134,8 +135,8 @@ impl<V: Wide> Tried<V> {
         least
     }
 
-    /// Returns the smallest margin of the legs with ringing terminals: the smallest current in A of conducting legs,
-    /// and the smallest distance in V of other legs from a bound that they may reach.
+    /// Returns the smallest margin within the step of legs with ringing terminals, with the slack added: currents in A of conducting
+    /// legs, and distances in V of the other legs' potentials from their bounds. Legs whose mode certainly lasts are left out.
     #[inline(always)]
     fn dips_or_swings(&self, floating: &Floating<V>, bounds: &Bounds<V>) -> V {
         let far = V::of(f64::INFINITY);
@@ -163,11 +164,11 @@ impl<V: Wide> Tried<V> {
 }
 
 impl<V: Wide> Bank<'_, V> {
-    /// Offers the zero crossings of conducting legs' currents, and the bounds of the other legs' potentials, to
-    /// `first`.
+    /// Replaces `first`, the mode that ends first in the step of a lane, if a conducting leg's current reaches zero or another leg's
+    /// potential reaches a bound earlier.
     pub fn legs_end(&self, lane: usize, first: &mut First) {
         let (tried, one) = (&self.outcome.tried, |pack: &V| pack.get(lane));
-        // Of two legs that conduct, both currents end at once.
+        // If exactly two legs conduct, both currents reach zero at the same time: one guard suffices.
         let legs = &self.machine.legs;
         let safe = |k: usize| tried.floating.is_some_and(|floating| floating.safe[k].bits() >> lane & 1 == 1);
         let conduct = (0..3).filter(|k| legs.direction(lane, *k) != 0.0 && !safe(*k));

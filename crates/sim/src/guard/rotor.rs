@@ -1,4 +1,4 @@
-//! Guards of the rotor: where it starts, stops, or reaches the end of the brake's play.
+//! Guards of the rotor: it starts, stops, or reaches an end of the brake's play.
 
 use standstill_numeric::Wide;
 
@@ -28,8 +28,8 @@ impl<V: Wide> Bounds<V> {
 }
 
 impl<V: Wide> Tried<V> {
-    /// Returns the smallest of `least` and the rotor's margins within the step, with the slack added. Stores the margin
-    /// of the motion.
+    /// Returns the smallest of `least` and of the rotor's margins within the step, with the slack added. Stores the margin of the
+    /// motion in [`Self::motion`].
     #[inline(always)]
     pub fn room_of_rotor(&mut self, mut least: V, machine: &Machine<V>, bounds: &Bounds<V>) -> V {
         if machine.rotors.is_some() {
@@ -46,7 +46,7 @@ impl<V: Wide> Tried<V> {
     fn torque_margin(&self, machine: &Machine<V>, bounds: &Bounds<V>) -> Cubic<V> {
         let [_, by_speed, by_torque, by_size] = bounds.motion;
         let value = [self.margins[0].motion, self.margins[1].motion];
-        // The magnitude's slope has the sign of the torque beside the load, where that is larger.
+        // The slope of |torque − load| has the sign of torque − load at the end of the step at which this is larger.
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let load = machine.rotors.as_ref().map_or(zero, |rotors| rotors.load);
         let [begin, end] = [self.torque[0] - load, self.torque[1] - load];
@@ -75,7 +75,8 @@ impl<V: Wide> Bank<'_, V> {
         }
     }
 
-    /// Offers the rotor's start, its stop, and the ends of the brake's play to `first`.
+    /// Replaces `first`, the mode that ends first in the step of a lane, if the rotor starts, stops or reaches an end of the brake's play
+    /// earlier.
     pub fn motion_ends(&self, lane: usize, first: &mut First) {
         let (tried, slack, one) = (&self.outcome.tried, &self.bounds.slack, |pack: &V| pack.get(lane));
         first.ends(Guard::Motion, tried.motion.get(lane), one(&slack.motion));

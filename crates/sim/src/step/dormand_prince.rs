@@ -1,4 +1,4 @@
-//! The Dormand–Prince method of order 5(4): one smooth step.
+//! The Dormand–Prince method of order 5(4): one step over a time in which the solution is smooth.
 //!
 //! The coefficients are from Hairer, Nørsett and Wanner, *Solving Ordinary Differential Equations I*, section II.6
 //! (DOPRI5).
@@ -31,22 +31,22 @@ pub struct Attempt<const N: usize, T = f64> {
     pub start: [T; N],
     /// State at the end, of order 5.
     pub end: [T; N],
-    /// Derivatives at the beginning, within, and at the end.
+    /// Time derivatives of the state at the seven stages: at the beginning, within, and at the end.
     pub slopes: [[T; N]; STAGES],
 }
 
 impl<const N: usize, T: Lane> Attempt<N, T> {
-    /// Makes a step that has not been taken.
+    /// Makes a step from a state over `h` seconds, to be taken by [`Self::take`].
     #[inline(always)]
     pub fn new(start: [T; N], h: T) -> Self {
         Self { h, start, end: start, slopes: [[T::of(0.0); N]; STAGES] }
     }
 
-    /// Takes the step.
+    /// Takes the step; `derivative`: returns the time derivative of a state at a time in s; `t`: time in s at the beginning.
     #[inline(always)]
     #[must_use]
     pub fn take(mut self, mut derivative: impl FnMut(T, &[T; N]) -> [T; N], t: T) -> Self {
-        // One call of the right-hand side, so that it can be part of the loop.
+        // The derivative is called at one place only, so that the compiler inlines it into the loop.
         for stage in 0..STAGES {
             let (share, weights) = STAGE[stage];
             let y = if stage == 0 { self.start } else { self.after(&weights) };
@@ -85,7 +85,7 @@ impl<const N: usize, T: Lane> Attempt<N, T> {
             worst = T::choose(error.above(worst), error, worst);
             all = all + error;
         }
-        // The larger of two numbers would drop what is none, and with it a step that went wrong.
+        // The maximum ignores values that are not numbers; the sum times zero makes the result not a number, too.
         worst + all * 0.0
     }
 }

@@ -1,4 +1,4 @@
-//! Ends of modes within a step: margins that fall below zero at its end or between its ends.
+//! Search for the ends of modes within a step: margins that are negative at its end or between its ends.
 
 use standstill_numeric::Wide;
 
@@ -10,7 +10,7 @@ use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
 
 impl<V: Wide> Tried<V> {
-    /// Makes an empty record of a step. All fields are written out: a step of zero length would be shorter to write,
+    /// Makes an empty record of a step. All fields are written out: a call of [`Self::new`] with zero length would be shorter,
     /// but would compile the code of a step once more.
     pub fn none(here: &Here<V>) -> Self {
         let zero = V::of(0.0);
@@ -35,7 +35,7 @@ impl<V: Wide> Tried<V> {
         }
     }
 
-    /// Computes the smallest margins of all modes, within the step and at its beginning.
+    /// Computes the smallest margins of all modes: within the step, at its beginning, and at its end.
     #[inline(always)]
     pub(super) fn look_for_ends<const RARE: bool>(&mut self, machine: &Machine<V>, bounds: &Bounds<V>) {
         let [least, mut at_mode_end, at_begin] = self.room_of_legs::<RARE>(V::of(f64::INFINITY), bounds);

@@ -1,7 +1,8 @@
 //! Error estimate of a step, relative to the tolerance.
 //!
-//! Each factor has a reason, which `tests` compares with closed forms. All factors are also checked against the
-//! referee, on eight motors and with larger and smaller tolerances (`tests/suite/{referee,convergence,accuracy}.rs`).
+//! The reason for each factor stands beside it; `tests` compares the factors with closed forms. All factors are also checked
+//! against the referee, on eight motors and with larger and smaller tolerances
+//! (`tests/suite/{referee,convergence,accuracy}.rs`).
 
 #[cfg(test)]
 mod tests;
@@ -16,7 +17,7 @@ use crate::physics::plane::Plane;
 /// Required accuracy of a step, one value per machine.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Accuracy<V: Wide> {
-    /// Reciprocal of the largest allowed error of a step, in 1/Wb.
+    /// Reciprocal of the largest allowed flux error of a step, in 1/Wb.
     pub per_flux: V,
     /// Reciprocal of the largest allowed error of the angle, in 1/rad.
     pub per_angle: V,
@@ -39,7 +40,7 @@ impl<V: Wide> Accuracy<V> {
     }
 }
 
-/// Number of time constants after which a filter's past input is neglected; e^−4, 2 % of it, is left then.
+/// Number of time constants after which a filter's past input is neglected: its weight is then e^−4, 2 %.
 pub const REMEMBERED: f64 = 4.0;
 
 /// Error of the quadrature of the resistive drop, per ohm and ampere of the fourth-order term below. For a current that
@@ -54,19 +55,19 @@ const QUADRATURE: f64 = 0.2;
 /// error before their sum reaches the tolerance.
 const RINGING: f64 = 2.0;
 
-/// Error of the linear correction from the point at which the core was evaluated, as a factor of the squared distance
-/// in Wb over the flux in which saturation changes considerably. It is half of the curvature, and the curvature is up
-/// to eight times the reciprocal of that flux in a core with cusps.
+/// Error of the linear correction from the point at which the core was evaluated, per squared distance in Wb² divided by the
+/// flux over which saturation changes considerably. It is half of the curvature; in a core with cusps, the curvature is up
+/// to eight times the reciprocal of that flux.
 const CURVATURE: f64 = 4.0;
 
 /// Share of the currents' fourth-order term within a step that reaches a filter. The error of a cubic is at most h⁴
 /// i⁗/384, a twentieth of the term h⁴ i⁗/18; the constant is twice that.
 const FILTERED: f64 = 0.1;
 
-/// Error of the rule for the lagging flux. For e^−x the rule errs by x⁵/720. If the winding's flux changes too, as
-/// e^(−k x s), the rule errs by about (k + 1/2)⁵ times that: for k = 2 a hundred times, relative to that flux, which is
-/// never much larger than the lag. The constant is 72 times the first error, and the error is below the estimate for
-/// all k up to 2.
+/// Error of the rule for the lagging flux χ over a step of x time constants, per x⁵ and weber of the lag. For a decay e^−x the
+/// rule errs by x⁵/720. If the winding's flux changes, too, as e^(−k x s), the rule errs by about (k + 1/2)⁵ times this:
+/// for k = 2 a hundred times, relative to the winding's flux change, which is never much larger than the lag. The constant
+/// is 72 times the first error; the error is below the estimate for all k up to 2.
 const RELAXING: f64 = 0.1;
 
 /// Returns the error in Wb of the lagging flux over a step of `x` time constants; `most`: largest lag in Wb.
@@ -75,8 +76,8 @@ pub(crate) fn relaxing_error<V: Wide>(most: V, x: V) -> V {
     most * (x * x) * (x * x) * x * RELAXING
 }
 
-/// Returns the error in Wb of a lagging flux over a step of `x` time constants whose lag settles; `most`: largest distance in Wb of
-/// the lag from the one at which it settles. An even lag is exact, and the rule amplifies no distance.
+/// Returns the error in Wb of a lagging flux over a step of `x` time constants, if its lag tends to a steady state; `most`: largest
+/// distance in Wb of the lag from this steady state. A steady lag has no error, and the rule amplifies no distance.
 #[inline(always)]
 pub(crate) fn settling_error<V: Wide>(most: V, x: V) -> V {
     let square = x * x;
@@ -104,7 +105,7 @@ pub(crate) fn error<V: Wide>(
     [change, end_change]: [&Change<V>; 2],
     off: Plane<V>,
 ) -> V {
-    // A = i₁ − i₀ − h i₀′ and B = h (i₁′ − i₀′): B − 2 A is h³ i‴/6 and more; by its ratio to A follows the next order.
+    // With A = i₁ − i₀ − h i₀′ and B = h (i₁′ − i₀′), B − 2 A is h³ i‴/6 plus higher terms. Its ratio to A estimates the next term.
     let first = end.at.current - begin.at.current - change.current * h;
     let twice = (end_change.current - change.current) * h;
     let third = twice - first - first;
@@ -114,7 +115,7 @@ pub(crate) fn error<V: Wide>(
     let loop_resistance = resistance.xx + resistance.yy;
     let quadrature = loop_resistance * h * fourth * QUADRATURE;
     let nonlinear = off.dot(off) * accuracy.per_flux_scale * CURVATURE;
-    // Between the ends the currents are off by h⁴ i⁗/384; what a filter sees of it counts as the flux that belongs to it.
+    // Between the ends the currents err by h⁴ i⁗/384. The part that reaches a filter counts as the flux that causes such a current.
     let between = accuracy.filtered * fourth * FILTERED;
     (quadrature + nonlinear + between) * accuracy.per_flux
 }

@@ -2,7 +2,8 @@
 
 use standstill_numeric::{Lane, Wide};
 
-/// Cubic polynomial over a step, given by its values at both ends and by its slopes there times the step's length.
+/// Cubic polynomial over a step, given by its values and slopes at both ends. Time is a share of the step, from 0 to 1, so slopes are per
+/// step.
 #[derive(Clone, Copy, Debug)]
 pub struct Cubic<T> {
     /// Values at the beginning and at the end.
@@ -27,8 +28,8 @@ impl<V: Wide> Cubic<V> {
 }
 
 impl<T: Lane> Cubic<T> {
-    /// Returns the coefficients, the constant first: a, s, 3 (b − a) − 2 s − e, s + e − 2 (b − a) for values a and b
-    /// and slopes s and e.
+    /// Returns the coefficients from the constant to the cubic one: a, s, 3 (b − a) − 2 s − e, s + e − 2 (b − a) for values a
+    /// and b and slopes s and e at the ends.
     #[inline(always)]
     pub fn powers(&self) -> [T; 4] {
         let ([a, b], [s, e]) = (self.value, self.slope);
@@ -57,7 +58,7 @@ impl<T: Lane> Cubic<T> {
         x * (a + x * (s * 0.5 + x * (c * (1.0 / 3.0) + x * (d * 0.25))))
     }
 
-    /// Returns approximately the lowest value within the step if the cubic falls at its beginning and rises at its end;
+    /// Returns approximately the lowest value between the ends if the cubic falls at its beginning and rises at its end;
     /// else infinity.
     #[inline(always)]
     pub fn dip(&self) -> T {
@@ -71,8 +72,8 @@ impl<T: Lane> Cubic<T> {
 
 impl Cubic<f64> {
     /// Returns the share of the step, between `from` and `to`, at which the cubic falls to `level`. The cubic must be
-    /// above the level at `from` and below at `to`. Exact up to rounding, by Newton's method, and by bisection where a
-    /// Newton step leaves the bracket.
+    /// above the level at `from` and below it at `to`; else returns one of these ends. Exact up to rounding: Newton's method, with
+    /// bisection where a Newton step leaves the bracket.
     pub fn falls_to(&self, level: f64, from: f64, to: f64) -> f64 {
         let [a, s, c, d] = self.powers();
         let a = a - level;
@@ -82,7 +83,7 @@ impl Cubic<f64> {
         if end >= 0.0 || begin <= 0.0 {
             return if end >= 0.0 { to } else { from };
         }
-        // Most currents are nearly straight.
+        // Starts from the straight line between the ends, because most currents are nearly straight.
         let mut x = from + (to - from) * begin / (begin - end);
         for _ in 0..MOST_ROUNDS {
             let value = a + x * (s + x * (c + x * d));
@@ -99,7 +100,7 @@ impl Cubic<f64> {
             }
             let moved = (next - x).abs();
             x = next;
-            // Newton's rule doubles the digits: what is left is the square of this.
+            // Newton's method squares the error: the rest is below rounding.
             if moved < CLOSE {
                 break;
             }

@@ -26,6 +26,7 @@ const NUMBERS: usize = OWN + size_of::<BranchState<f64>>() / size_of::<f64>();
 /// flux's tolerance. Within a tenth of a millisecond such errors grow to the tolerances of angle and flux.
 const PER_SECOND: f64 = 1e4;
 
+/// Returns the values of a state, and then the components of the pinned fluxes of the play cells.
 fn numbers<V: Wide>(state: &State<V>, pinned: &BranchState<V>) -> [V; NUMBERS] {
     let State { flux, turned, speed, link, lagging, shorted, potential: [a, b, c] } = *state;
     let own = [flux.x, flux.y, turned, speed, link, lagging.d, lagging.q, shorted, a, b, c];
@@ -37,7 +38,7 @@ fn numbers<V: Wide>(state: &State<V>, pinned: &BranchState<V>) -> [V; NUMBERS] {
 }
 
 impl<V: Wide> Tried<V> {
-    /// Tries a step to times in ns with the method of Dormand and Prince.
+    /// Attempts a step from `here` to the times `until` in ns with the method of Dormand and Prince.
     pub fn refereed(
         machine: &Machine<V>,
         bounds: &Bounds<V>,
@@ -86,7 +87,7 @@ impl<V: Wide> Tried<V> {
     }
 }
 
-/// Returns the tolerance of each value of a state.
+/// Returns the tolerance of each value of a state, in the order of [`numbers`].
 fn tolerances<V: Wide>(accuracy: &Accuracy<V>) -> [f64; NUMBERS] {
     let (flux, angle) = (1.0 / accuracy.per_flux.get(0), 1.0 / accuracy.per_angle.get(0));
     let (speed, volt) = (angle * PER_SECOND, flux * PER_SECOND);

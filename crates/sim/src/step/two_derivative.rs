@@ -1,10 +1,10 @@
 //! The step: a fourth-order two-derivative method with one evaluation of the core per step.
 //!
-//! The voltage between two instants is known and is integrated exactly. Only the resistive drop R i needs a quadrature,
+//! The terminal voltage between two instants is known and integrated exactly. Only the resistive drop R i needs a quadrature,
 //! `∫i ≈ h/2 (i₀ + i₁) + h²/12 (i₀′ − i₁′)`, whose slopes `i′ = Γ ψ′ + …` need no further evaluation of the core. The
-//! flux at the end is predicted, and the core is evaluated there. Then one linear correction with Γ removes the
-//! difference to the quadrature and sets the current of a blocked leg to zero. Angle, speed and the link's voltage are
-//! integrated by the same rule.
+//! flux at the end is predicted, and the core is evaluated there. Then one linear correction with the inverse inductance Γ
+//! removes the difference between prediction and quadrature and sets the current of a blocked leg to zero. Angle, speed
+//! and the link's voltage are integrated by the same quadrature.
 //!
 //! The error is estimated from the third derivative of the currents, which follows from the currents' values and slopes
 //! at both ends.
@@ -48,7 +48,7 @@ pub struct Tried<V: Wide> {
     pub legs: Conducting<V>,
     /// The machines at the end of the step.
     pub end: Here<V>,
-    /// Slopes of the machines at the beginning and at the end of the step.
+    /// Time derivatives of flux and current at the beginning and at the end of the step.
     pub change: [Change<V>; 2],
     /// The DC links over the step.
     pub link: LinkStep<V>,
@@ -58,8 +58,7 @@ pub struct Tried<V: Wide> {
     pub floating: Option<Floating<V>>,
     /// The play cells over the step; none without hysteresis.
     pub branch: Option<BranchStep<V>>,
-    /// Currents in A at both ends of the step: of the phases, or of the legs' devices where terminals have a
-    /// capacitance.
+    /// Currents in A at both ends of the step: phase currents, or, if terminals have a capacitance, currents of the legs' devices.
     pub phases: [[V; 3]; 2],
     /// Margins of the guards at both ends.
     pub margins: [Margins<V>; 2],
@@ -67,19 +66,19 @@ pub struct Tried<V: Wide> {
     pub phase_rise: [[V; 3]; 2],
     /// The torque in N·m at both ends.
     pub torque: [V; 2],
-    /// Margin of the rotor's motion over the step, with a slope computed from that of the torque.
+    /// Margin of the rotor's motion over the step; its slope follows from the slope of the torque.
     pub motion: Cubic<V>,
     /// Error of the step relative to the tolerance; the step is acceptable up to 1. Not a number if any part is not a
     /// number.
     pub error: V,
-    /// Smallest margin of blocked legs at the beginning of the step, with the slack added; negative if a leg was
+    /// Margin in V of the blocked leg's potential at the beginning of the step, with the slack added; negative if the potential was
     /// already out of its bounds.
     pub blocked_at_begin: V,
     /// Smallest of all margins within the step and at its end, with the slack added; negative if a mode ends within the
     /// step.
     pub least_margin: V,
-    /// Smallest margin of blocked legs at the end of the step, with the larger slack beyond which a leg must have begun
-    /// to conduct.
+    /// Smallest margin of legs, comparators and play cells at the end of the step, with the larger slack that applies to a step cut at
+    /// the end of a mode; negative if the step went too far beyond that end.
     pub least_at_mode_end: V,
 }
 
@@ -93,7 +92,8 @@ pub(super) struct Parts<V: Wide> {
 }
 
 impl<V: Wide> Tried<V> {
-    /// Tries a step to times in ns; `RARE`: whether machines may have ringing terminals or play cells.
+    /// Attempts a step from `here` to the times `until` in ns; `RARE`: whether machines may have ringing terminals, play cells or shorted
+    /// turns.
     #[inline(always)]
     pub fn new<const RARE: bool>(
         machine: &Machine<V>,
@@ -136,7 +136,7 @@ impl<V: Wide> Tried<V> {
         }
         let mut last = machine.change::<RARE>(legs, &there.at, &there.state);
         if RARE && short.is_some() {
-            // Its flux bends where the winding's does not: the slopes at the end are those with it corrected.
+            // χ depends on these slopes and the slopes on χ: χ is corrected first, then the slopes at the end are computed anew.
             short.correct(&End { begin: &begin, looked: &looked, change: &last }, &mut there, &mut shorted);
             last = machine.change::<RARE>(legs, &there.at, &there.state);
         }
@@ -155,7 +155,7 @@ impl<V: Wide> Tried<V> {
         }
         WindingStep::correct(&end, missing, resistance, &mut there);
         if RARE && terminals.is_some() && links.storage.is_some() {
-            // Currents and slopes were those of terminals that had yet to be put right.
+            // The link was corrected with currents and slopes from before the terminals' correction: it is corrected once more.
             let (known, more) = (machine.change::<RARE>(legs, &there.at, &there.state), link.more);
             links.correct(&End { change: &known, ..end }, &mut there, &mut link);
             let late = looked.held(legs, legs.terminals.rail * (link.more - more));
@@ -173,7 +173,7 @@ impl<V: Wide> Tried<V> {
         }
         branch.correct(&end, &mut there, &mut branched);
 
-        // Estimate the error: the current at the end is that of where the core was evaluated, and a linear step from there.
+        // Estimate the error. The current at the end is extrapolated linearly from the point at which the core was evaluated.
         let off = there.state.flux - looked.flux;
         let mut error = WindingStep::error(&end, &there, off, accuracy);
         if RARE && let Some(terminals) = &terminals {
@@ -204,14 +204,14 @@ impl<V: Wide> Tried<V> {
         let changes = [change, of.change];
         let mut phases = [machine.legs.phases(here.at.current), machine.legs.phases(end.at.current)];
         if let Some(elastance) = machine.legs.elastance_if::<RARE>() {
-            // A device carries what its terminal takes to follow the link, too.
+            // A device also carries the current that charges its terminal as the link's voltage changes,
             let capacitance = V::of(1.0) / elastance;
             for (phases, rise) in phases.iter_mut().zip(link.rise) {
                 for k in 0..3 {
                     phases[k] = phases[k] + legs.leg[k].rail * rise * capacitance;
                 }
             }
-            // And what its divider takes.
+            // and the current of the terminal's divider.
             for (phases, state) in phases.iter_mut().zip([&here.state, &end.state]) {
                 if let Some(taken) = machine.legs.taken(&state.potential) {
                     *phases = three!(k => phases[k] + V::choose(legs.flows[k], taken[k], zero));

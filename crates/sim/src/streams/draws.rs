@@ -8,7 +8,7 @@ use super::normal::{
 };
 use super::{AT_ONCE, IN_BLOCK, Purpose, Source, Tape};
 
-/// The draws of one trial and purpose, in their order. Each draw takes one random number; an angle takes two.
+/// The draws of one trial and purpose, read one after the other. Each number takes one draw; an angle takes two.
 ///
 /// ```
 /// use standstill_sim::{Purpose, Streams};
@@ -35,7 +35,7 @@ impl<'t> Draws<'t> {
         Self { seeded: Seeded::new(source, purpose), strip, next: 0 }
     }
 
-    /// Sets the first random words of the draws, which the caller has computed from the seed.
+    /// Stores the random words of the first draws, which the caller has already computed from the seed.
     #[inline(always)]
     pub(super) fn beginning_with(mut self, words: &[u64]) -> Self {
         self.seeded.take(words, 0);
@@ -68,15 +68,15 @@ impl<'t> Draws<'t> {
         }
     }
 
-    /// Draws a standard normal truncated to ±`most`: the quantile of the truncated distribution, so that the draw keeps
-    /// its rank.
+    /// Draws a standard normal truncated to ±`most`. A draw that is the p-quantile of the normal distribution becomes the p-quantile
+    /// of the truncated one, so that larger draws give larger results.
     pub fn normal_within(&mut self, most: f64) -> f64 {
         let normal = self.normal();
         let outside = lower_tail(most);
         if outside == 0.0 {
             return normal;
         }
-        // From the nearer end, where the small probabilities are.
+        // Computed from the nearer tail, because small probabilities are exact there.
         let share = lower_tail(normal.abs());
         let size = -normal_of_uniform(outside + share * (1.0 - 2.0 * outside));
         size.clamp(0.0, most).copysign(normal)
@@ -101,19 +101,19 @@ impl<'t> Draws<'t> {
     #[inline]
     pub fn integer(&mut self, last: u64) -> u64 {
         let product = u128::from(value_of_draw(self.uniform())) * (u128::from(last) + 1);
-        // A share below one of at most 2^64.
+        // At most `last`, which is a `u64`.
         #[allow(clippy::cast_possible_truncation)]
         let integer = (product >> 48) as u64;
         integer
     }
 
-    /// Draws a uniform angle in rad in [0, 2π): the direction of a vector of two normals. A small change of the normals
-    /// then changes the angle little, which would not hold at the ends of a uniform share of a turn.
+    /// Draws a uniform angle in rad in [0, 2π): the direction of a vector of two normals. So a small change of a draw changes the
+    /// direction little; with an angle proportional to one uniform draw, the same direction would belong to both 0 and 1.
     pub fn angle(&mut self) -> f64 {
         let (x, y) = (self.normal(), self.normal());
         let angle = standstill_numeric::atan2(y, x);
         let angle = if angle < 0.0 { angle + TAU } else { angle };
-        // So near below zero that it is rounded up.
+        // A tiny negative angle plus 2π is rounded to 2π.
         if angle < TAU { angle } else { 0.0 }
     }
 
@@ -124,7 +124,8 @@ impl<'t> Draws<'t> {
     }
 }
 
-/// Generator of the draws of one source and purpose: each follows from the seed and its own number. The block computed last is kept.
+/// Generator of the draws of one source and purpose. Each draw depends on the seed and on its number only; the block computed last is
+/// kept.
 #[derive(Clone, Debug)]
 struct Seeded {
     source: Source,
@@ -159,7 +160,7 @@ impl Seeded {
         if self.are_normals {
             return self.at_hand(number);
         }
-        // Most purposes draw no more than a few.
+        // Most purposes need only a few draws: these are converted one by one.
         if number < IN_BLOCK as u64 {
             return normal_of_uniform(self.at_hand(number));
         }
@@ -168,7 +169,7 @@ impl Seeded {
         self.at_hand(number)
     }
 
-    /// Returns the normals from this number on that have already been computed.
+    /// Returns the normals from draw `number` on that have already been computed.
     #[inline]
     fn normals_from(&self, number: u64) -> &[f64] {
         if !self.are_normals || !self.numbers.contains(&number) {
@@ -180,7 +181,7 @@ impl Seeded {
         &self.block[from..to]
     }
 
-    /// Returns a normal from a tape's strip, and appends it if the strip is too short.
+    /// Returns the normal of draw `number` from a tape's strip; appends missing draws from this generator.
     fn taped(&mut self, (tape, strip): (&Tape, usize), number: u64) -> f64 {
         let place = usize::try_from(number).expect("a tape fits into the memory");
         tape.read(strip, place, |number| self.normal(number))

@@ -1,4 +1,4 @@
-//! A draw as a uniform number and as a standard normal.
+//! Conversion of draws to uniform numbers and standard normals, and back.
 //!
 //! A draw is one of 2^48 values k with equal probability. As a uniform number it is u = (k + ½)/2^48, as a standard
 //! normal z = Φ⁻¹(u), between −7.86 and 7.86. The values are far enough apart to recover k from the rounded z through
@@ -14,7 +14,7 @@ use super::AT_ONCE;
 /// Number of values that a draw can have.
 const VALUES: f64 = (1_u64 << 48) as f64;
 
-/// 2^52: a whole number below it, added to it, is the number's bits.
+/// 2^52: the low bits of 2^52 + n, as a floating-point number, are those of the integer n, for n below 2^52.
 const WHOLE: f64 = (1_u64 << 52) as f64;
 
 /// Returns the uniform number in (0, 1) that a random word gives.
@@ -26,11 +26,11 @@ pub(super) fn uniform_of_word(word: u64) -> f64 {
 /// Returns the uniform number (k + ½)/2^48 for the value k.
 #[inline(always)]
 fn uniform_of_value(value: u64) -> f64 {
-    // The bits of 2^52 + k: a conversion takes ten instructions where registers are those of any processor.
+    // By the bits of 2^52 + k: with the instructions of any x86-64 processor, a conversion of `u64` takes ten of them.
     (f64::from_bits(WHOLE.to_bits() | value) - WHOLE + 0.5) / VALUES
 }
 
-/// Returns the value k that a uniform number has.
+/// Returns the value k of the draw to which a uniform number belongs.
 #[inline]
 pub(super) fn value(uniform: f64) -> u64 {
     // Between 0 and 2^48.
@@ -75,13 +75,13 @@ pub(super) fn normals_of_uniforms(numbers: &mut [f64; AT_ONCE]) {
     for (number, uniform) in numbers.iter_mut().zip(uniforms) {
         *number = central(uniform - 0.5);
     }
-    // Every seventh is in a tail.
+    // One number in seven is in a tail.
     let mut tails = 0_u32;
     for (n, uniform) in uniforms.iter().enumerate() {
         tails |= u32::from((uniform - 0.5).abs() > CENTRAL) << n;
     }
     while tails != 0 {
-        // Five of thirty-two as a rule: those that are missing are computed for nothing.
+        // Of 32 numbers, mostly five are in a tail; the unused places are computed, too, and ignored.
         let (mut places, mut some, mut count) = ([0; SIDE_BY_SIDE], [0.5 - CENTRAL; SIDE_BY_SIDE], 0);
         while tails != 0 && count < SIDE_BY_SIDE {
             places[count] = tails.trailing_zeros() as usize;
@@ -103,7 +103,7 @@ pub(super) fn normals_of_uniforms(numbers: &mut [f64; AT_ONCE]) {
 /// Number of tail values that are computed together.
 const SIDE_BY_SIDE: usize = 8;
 
-/// Tail probability above which the coefficients of the near tail are certainly valid; their limit is e^−25.
+/// Tail probability above which the coefficients of the near tail are certainly valid (they are valid down to e^−25).
 const FAR: f64 = 2e-11;
 
 /// Returns the result of [`tail`] for tail probabilities above [`FAR`], without a branch.
@@ -115,13 +115,13 @@ fn near_tail(uniform: f64) -> f64 {
     ratio(NEAR_TAIL, r - 1.6).copysign(uniform - 0.5)
 }
 
-/// Evaluates a polynomial whose first coefficient is the constant.
+/// Returns the value of a polynomial at `x`; the coefficients begin with the constant.
 #[inline(always)]
 fn polynomial(coefficients: [f64; 8], x: f64) -> f64 {
     coefficients.into_iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient)
 }
 
-/// Evaluates a ratio of polynomials.
+/// Returns the ratio of two polynomials, numerator and denominator, at `x`.
 #[inline(always)]
 fn ratio([above, below]: [[f64; 8]; 2], x: f64) -> f64 {
     polynomial(above, x) / polynomial(below, x)
@@ -133,7 +133,7 @@ fn central(off: f64) -> f64 {
     off * ratio(MIDDLE, CENTRAL * CENTRAL - off * off)
 }
 
-/// Returns Φ⁻¹ of a uniform number in the tails.
+/// Returns Φ⁻¹ of a uniform number in a tail: further than [`CENTRAL`] from ½.
 fn tail(uniform: f64) -> f64 {
     let probability = uniform.min(1.0 - uniform);
     let r = (-standstill_numeric::ln(probability)).sqrt();
@@ -145,6 +145,7 @@ fn tail(uniform: f64) -> f64 {
 #[allow(clippy::excessive_precision, clippy::unreadable_literal)]
 #[rustfmt::skip]
 mod coefficients {
+    /// Coefficients of the middle, up to `CENTRAL` from ½: numerator and denominator.
     pub const MIDDLE: [[f64; 8]; 2] = [
         [
             3.3871328727963666080, 1.3314166789178437745e2, 1.9715909503065514427e3, 1.3731693765509461125e4,
@@ -185,7 +186,7 @@ mod coefficients {
 mod tests {
     use super::*;
 
-    /// From one end to the other, with all of a block in the tails, far out and in the middle.
+    /// Blocks of uniform numbers over the whole range: some entirely in a tail, with numbers far out, and some entirely in the middle.
     #[test]
     fn law_many_numbers_have_the_bits_of_each_alone() {
         let ends = [0, 1, 1000, 3800, 4000, 1 << 20].map(uniform_of_value);

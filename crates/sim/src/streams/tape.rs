@@ -1,4 +1,4 @@
-//! Tapes: draws given by the caller.
+//! Tapes: random draws given by the caller instead of computed from a seed.
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{Draws, Purpose, Source};
 
-/// The draws of one trial as standard normals, purpose by purpose. Rare-event simulation and sensitivity analysis
-/// choose them. A trial that starts with an empty tape fills it with its draws.
+/// The draws of one trial as standard normals, purpose by purpose, for callers that choose the draws themselves: rare-event
+/// simulation and sensitivity analysis. A trial that starts with an empty tape fills the tape with its draws.
 ///
-/// A uniform number is read as Φ(z) of a normal, an angle as the direction of two normals. Draws that are not read
+/// A uniform number is Φ(z) of a normal z on the tape, an angle the direction of two normals. Draws that are not read
 /// remain unchanged. Where a trial reads beyond the end of the tape, draws from the tape's own seed and trial number
 /// are appended: new standard normals, independent of all others.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
@@ -19,7 +19,7 @@ pub struct Tape {
     strips: RefCell<Vec<Strip>>,
 }
 
-// Not derived, which would be compiled wherever tapes are copied: thousands of draws, in crates that are not optimised.
+// Not derived: a derived `clone` would be compiled in each crate that copies tapes, of which some are not optimised.
 impl Clone for Tape {
     fn clone(&self) -> Self {
         Self { source: self.source, strips: self.strips.clone() }
@@ -51,7 +51,7 @@ impl Strip {
         !self.normals.is_empty()
     }
 
-    /// Sets these draws to their mean, zero, and appends them if they are missing.
+    /// Sets the draws with these numbers to their mean, zero; appends draws that are missing.
     pub fn silence(&mut self, draws: Range<usize>) {
         self.normals.resize(self.normals.len().max(draws.end), 0.0);
         self.normals[draws].fill(0.0);
@@ -64,7 +64,7 @@ impl Tape {
         Self { source: Source::new(seed, index), strips: RefCell::default() }
     }
 
-    /// Sets the trial from which missing draws are appended from now on.
+    /// Sets seed and number of the trial from which missing draws are appended from now on.
     pub fn grow_from(&mut self, seed: u64, index: u64) {
         self.source = Source::new(seed, index);
     }
@@ -74,17 +74,17 @@ impl Tape {
         self.source.index
     }
 
-    /// Returns the draws of one purpose for reading and changing.
+    /// Returns the draws (standard normals) of one purpose for reading and changing.
     pub fn normals(&mut self, purpose: Purpose) -> &mut Vec<f64> {
         self.normals_named(purpose, "")
     }
 
-    /// Returns the draws of one purpose and name for reading and changing.
+    /// Returns the draws (standard normals) of one purpose and name for reading and changing.
     pub fn normals_named(&mut self, purpose: Purpose, name: &str) -> &mut Vec<f64> {
         &mut self.strip_named(purpose, name).normals
     }
 
-    /// Returns the draws of one purpose and name, with the number of draws read.
+    /// Returns the strip of one purpose and name: its draws, and the number of draws read.
     pub fn strip_named(&mut self, purpose: Purpose, name: &str) -> &mut Strip {
         let number = self.strip(purpose, name);
         &mut self.strips.get_mut()[number]
@@ -116,7 +116,7 @@ impl Tape {
         })
     }
 
-    /// Returns one draw of a strip. If the strip is too short, appends draws from `seeded` up to this one.
+    /// Returns draw `number` of a strip. If the strip is too short, appends draws from `seeded`, which returns the draw of a number.
     pub(super) fn read(&self, strip: usize, number: usize, mut seeded: impl FnMut(u64) -> f64) -> f64 {
         let strip = &mut self.strips.borrow_mut()[strip];
         for missing in strip.normals.len()..=number {

@@ -14,13 +14,13 @@ const RINGS: f64 = 1e-9;
 /// The two eigenmodes of machines side by side.
 #[derive(Clone, Copy, Debug)]
 pub struct Modes<V> {
-    /// Matrix RᵀG: maps flux in Wb to ξ; the columns of its transpose map the modal currents I to the current in A.
+    /// Matrix QᵀG: maps the change of the flux in Wb to ξ; the columns of its transpose map the modal currents I to the current in A.
     pub to: [Plane<V>; 2],
-    /// Matrix RᵀG⁻¹: maps the current in A to the modal currents I; its transpose maps ξ to the flux in Wb.
+    /// Matrix QᵀG⁻¹: maps the current in A to the modal currents I; its transpose maps ξ to the flux in Wb.
     pub back: [Plane<V>; 2],
     /// Square of each mode's angular frequency, ω² in 1/s².
     pub square: [V; 2],
-    /// Matrix RᵀG R G R of the modal damping and coupling by the resistance, in 1/s.
+    /// Matrix QᵀG R G Q in 1/s, with the resistance R in Ω: its diagonal damps the modes, the other elements couple them.
     pub damping: [[V; 2]; 2],
 }
 

@@ -5,8 +5,8 @@
 //!   dw/dt = −K i          the currents charge these terminals
 //!   i = i₀ + Γ₀ (ψ − ψ₀) + j(t)      j: nonlinear remainder, small and slow
 //! ```
-//! With a constant Γ₀, these equations are two oscillators. With G = √Γ₀, R the matrix of the eigenvectors of G K G, ω² its
-//! eigenvalues, `ξ = RᵀG (ψ − ψ₀)`, `η = RᵀG w`, `I = RᵀG⁻¹ i = ξ + J` and `f = RᵀG F`, their equations are
+//! With a constant Γ₀, these equations are two oscillators. With G = √Γ₀, Q the matrix of the eigenvectors of G K G, ω² its
+//! eigenvalues, `ξ = QᵀG (ψ − ψ₀)`, `η = QᵀG w`, `I = QᵀG⁻¹ i = ξ + J` and `f = QᵀG F`, their equations are
 //! ```text
 //!   ξ′ = η + f,   η′ = −ω² I
 //! ```
@@ -106,7 +106,7 @@ pub struct Ringing<V> {
     pub turned: [V; 2],
     /// η at the beginning of the step, times the step's length.
     velocity: [V; 2],
-    /// Force f* times the step's length, without the part that damps, as a cubic over the step.
+    /// Force f + 2δ ξ (f without the part that damps ξ) times the step's length, as a cubic over the step.
     force: [Powers<V>; 2],
     /// Nonlinear remainder J of the modal currents, as a cubic over the step.
     remainder: [Powers<V>; 2],
