@@ -1,5 +1,4 @@
-//! One run. After each step it carries out all that is due at the present instant, and returns the run's next need: a step
-//! or a command.
+//! One run. After each step it carries out all that is due at the present instant, and returns its next need: a step or a command.
 //!
 //! ```text
 //!   command → gate edges → conduction → voltage → flux → current → reading → detector → command
@@ -29,15 +28,13 @@ use crate::trace::{Event, Probe};
 pub enum Want {
     /// A step of the run's machine.
     Step,
-    /// The detector's next command, to be given with [`Control::command`]; the readings of the last command are
-    /// ready.
+    /// The detector's next command, to be given with [`Control::command`]; the readings of the last command are ready.
     Command,
     /// Nothing: the run cannot continue.
     Over(RunError),
 }
 
-/// Largest number of events between two instants, and within [`NO_TIME`], beyond which the modes are taken to
-/// chatter. A segment of a PWM period has at most a handful.
+/// Largest number of events between two instants within [`NO_TIME`]; with more, the run ends as chattering. A handful is usual.
 const MOST_EVENTS: u32 = 1000;
 
 /// Length in ns of the window in which events are counted; no machine has a thousand events within it.
@@ -237,8 +234,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Continues after a step that could not be taken. If legs conduct without a current, finds their modes anew; else
-    /// ends the run with an error.
+    /// Continues after a step that could not be taken: finds the modes of legs that conduct without current anew, or ends the run.
     pub fn recover<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Want {
         let error = bank.why_broken(self.lane);
         let stuck = matches!(error, RunError::Stuck(_));
@@ -254,11 +250,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Counts an event. More than [`MOST_EVENTS`] within [`NO_TIME`] are an error; over a longer time, many events are legitimate,
-    /// because ringing terminals and iron with hysteresis end many modes.
-    ///
-    /// # Errors
-    /// [`RunError::Chatter`].
+    /// Counts an event. More than [`MOST_EVENTS`] within [`NO_TIME`] are an error ([`RunError::Chatter`]); over a longer time, many
+    /// events are legitimate, because ringing terminals and iron with hysteresis end many modes.
     fn count_event<V: Wide>(&mut self, bank: &Bank<'a, V>) -> Result<(), RunError> {
         let time = self.time(bank);
         if time > self.counted_from + NO_TIME {
