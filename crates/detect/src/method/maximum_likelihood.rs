@@ -30,7 +30,7 @@ use crate::parts::{significance, turning};
 use crate::settings::SettingsError;
 use combination::{Combined, Said};
 use likelihood::{Curves, Fit, LineParameters, PulseModel, fit};
-use rounds::{Alike, Rounds, Shown};
+use rounds::{Rounds, Shown};
 use settings::lengthened;
 pub use settings::{Adaptive, MaximumLikelihoodSettings};
 
@@ -281,7 +281,6 @@ impl<T: Real> MaximumLikelihood<T> {
                 direction: pointer.direction * relative,
                 deviation: pointer.deviation * relative * T::of(SCATTER),
             };
-            let settings = &self.settings.pulses;
             // A slope goes with the square of its line's inductance, and lines across the magnet have more than the mean, or less.
             let square = T::of(9.0) * plain.mean * plain.mean;
             let more = line_directions().into_iter().zip(fit.inductance).fold(
@@ -292,28 +291,9 @@ impl<T: Real> MaximumLikelihood<T> {
                 },
             );
             let volts = (turning::BY_SLOPE, self.dc_link / (more * T::of(2.0 / 3.0)));
-            // A part that breaks on the way may look like a rotor that turns, whose rounds agree but for its angle.
-            let (checks, alike) = (settings.plausibility.checks, self.alike(peak, plain.ratio()));
-            self.rounds.check_pulses(&mut self.train.margin, checks, &alike)?;
-            settings.check_standing(&mut self.train.margin, volts, &pointer, (pole.angle, deviation))?;
-            if checks.has(Check::Turning) {
-                let scatter = self.train.noise.sqrt() / (peak * plain.ratio());
-                self.rounds.check(&mut self.train.margin, scatter)?;
-            }
+            self.check_rounds((peak, plain.ratio()), volts, &pointer, (pole.angle, deviation))?;
         }
         Ok((pole, growth))
-    }
-
-    /// Returns by how much equal pulses may differ; `peak`: current in A at their end, `saliency`: |L_B|/L_A.
-    fn alike(&self, peak: T, saliency: T) -> Alike<T> {
-        let (train, sensing) = (&self.train.settings, &self.settings.pulses.sensing);
-        // A straight line from zero through n readings at 1 … n has σ/√(Σ n²) ≈ σ √(3/n³), its end n times that.
-        let on = T::of(train.samples_on() as f64);
-        let reading = T::of(3.0) / on * self.train.noise / (peak * peak);
-        let link = sensing.link_noise / self.dc_link;
-        let [dead, pulse] = [train.dead_time, train.pulse].map(|time| T::of(time.seconds()));
-        let edges = significance::of_timing(dead, pulse);
-        Alike { deviation: (reading + link * link / on + edges).sqrt(), saliency, peak }
     }
 
     /// Computes the answer from all trains so far.

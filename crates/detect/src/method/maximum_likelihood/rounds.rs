@@ -14,9 +14,13 @@
 
 use standstill_interface::{Abc, Angle, Fault, Real};
 
-use crate::checks::{Check, Checks};
+use super::MaximumLikelihood;
+
+use crate::checks::Check;
 use crate::parts::lines::{Saliency, SaliencySign};
 use crate::parts::margin::Margin;
+use crate::parts::polarity::Pointer;
+use crate::parts::significance;
 use crate::parts::train::Slot;
 use crate::parts::turning::DEGREE;
 
@@ -85,6 +89,13 @@ pub(super) struct Alike<T> {
     pub saliency: T,
     /// Current in A at the end of a pulse.
     pub peak: T,
+}
+
+impl<T: Real> Alike<T> {
+    /// Returns the share by which equal pulses of a rotor that stands may differ.
+    fn scatter(&self) -> T {
+        T::of(ALIKE) + T::of(BY_PULSES) * self.deviation
+    }
 }
 
 /// What the rounds of a train show: axes, by the currents at the ends of their pulses, and the pulses themselves.
@@ -167,40 +178,86 @@ impl<T: Real> Rounds<T> {
         self.pulses.iter().map(|[_, _, [by_volts, _]]| by_volts.spread())
     }
 
-    /// Checks that equal pulses of all rounds show equal currents, per volt of the link.
-    pub fn check_pulses(
-        &self,
-        margin: &mut Margin<T>,
-        checks: Checks,
-        alike: &Alike<T>,
-    ) -> Result<(), Fault<T>> {
-        let r = alike.saliency.min(T::of(0.9));
-        let by_turning = T::of(2.0) * r / (T::one() - r * r).sqrt() * self.turned;
-        let scatter = T::of(ALIKE) + T::of(BY_PULSES) * alike.deviation;
-        let allowed = scatter + by_turning;
+    /// Checks that the currents of equal pulses follow the link as it is read. A rotor that turns changes them alike, as read and per volt.
+    pub fn check_link(&self, margin: &mut Margin<T>, alike: &Alike<T>) -> Result<(), Fault<T>> {
+        let allowed = alike.scatter();
         for [by_volts, as_read] in self.pulses.as_flattened() {
-            // Currents that agree as they are read, better than per volt, do not follow the link. A rotor that turns changes both alike.
-            let (apart, unlike) = (by_volts.spread(), by_volts.spread() - as_read.spread());
-            let by_link = unlike > T::zero();
-            if !checks.has(if by_link { Check::Link } else { Check::Sensors }) {
-                continue;
-            }
-            let (apart, allowed) = if unlike > scatter { (unlike, scatter) } else { (apart, allowed) };
-            margin.at_most(apart, allowed);
-            if apart <= allowed {
-                continue;
-            }
-            let two = T::of(2.0);
-            return Err(if by_link {
+            // Currents that agree as they are read, better than per volt, do not follow the link.
+            let unlike = by_volts.spread() - as_read.spread();
+            margin.at_most(unlike, allowed);
+            if unlike > allowed {
                 let (low, high, mean) = (self.link.low, self.link.high, self.link.mean());
                 let found = if high - mean > mean - low { high } else { low };
+                let two = T::of(2.0);
                 let [below, above] = [-allowed, allowed].map(|apart| mean * (T::one() + apart / two));
-                Fault::DcLinkOutOfRange { found, allowed: [below, above] }
-            } else {
-                let [apart, allowed] = [apart, allowed].map(|share| share * alike.peak);
-                Fault::SensorsDisagree { apart, allowed }
-            });
+                return Err(Fault::DcLinkOutOfRange { found, allowed: [below, above] });
+            }
         }
         Ok(())
+    }
+
+    /// Returns whether the pulses of a line agree as those of a rotor that stands. A rotor that turns far changes all three lines; a sensor that
+    /// breaks on the way leaves the line that it does not read, and a single wrong pulse leaves two.
+    pub fn has_steady_line(&self, alike: &Alike<T>) -> bool {
+        let allowed = alike.scatter();
+        self.pulses.iter().any(|line| line.iter().all(|[by_volts, _]| by_volts.spread() <= allowed))
+    }
+
+    /// Checks that equal pulses of all rounds show equal currents, per volt of the link.
+    pub fn check_pulses(&self, margin: &mut Margin<T>, alike: &Alike<T>) -> Result<(), Fault<T>> {
+        let r = alike.saliency.min(T::of(0.9));
+        let by_turning = T::of(2.0) * r / (T::one() - r * r).sqrt() * self.turned;
+        let allowed = alike.scatter() + by_turning;
+        for [by_volts, _] in self.pulses.as_flattened() {
+            let apart = by_volts.spread();
+            margin.at_most(apart, allowed);
+            if apart > allowed {
+                let [apart, allowed] = [apart, allowed].map(|share| share * alike.peak);
+                return Err(Fault::SensorsDisagree { apart, allowed });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<T: Real> MaximumLikelihood<T> {
+    /// Checks that the rounds agree, and that both ways of the lines are those of a rotor that stands. `peak`: current in A at the end of a pulse;
+    /// `saliency`: |L_B|/L_A; the other arguments: see [`BothWaysSettings::check_standing`].
+    pub(super) fn check_rounds(
+        &mut self,
+        (peak, saliency): (T, T),
+        volts: (f64, T),
+        pointer: &Pointer<T>,
+        axis: (Angle<T>, T),
+    ) -> Result<(), Fault<T>> {
+        let (settings, alike) = (&self.settings.pulses, self.alike(peak, saliency));
+        let (checks, margin) = (settings.plausibility.checks, &mut self.train.margin);
+        // A rotor that turns leaves the link as it is, and no line: what it changes else may be of a part that breaks on the way, which is rarer.
+        if checks.has(Check::Link) {
+            self.rounds.check_link(margin, &alike)?;
+        }
+        let pulses =
+            if checks.has(Check::Sensors) { self.rounds.check_pulses(margin, &alike) } else { Ok(()) };
+        if self.rounds.has_steady_line(&alike) {
+            pulses?;
+        }
+        settings.check_standing(margin, volts, pointer, axis)?;
+        if checks.has(Check::Turning) {
+            let scatter = self.train.noise.sqrt() / (peak * saliency);
+            self.rounds.check(margin, scatter)?;
+        }
+        pulses
+    }
+
+    /// Returns by how much equal pulses may differ; `peak`: current in A at their end, `saliency`: |L_B|/L_A.
+    pub(super) fn alike(&self, peak: T, saliency: T) -> Alike<T> {
+        let (train, sensing) = (&self.train.settings, &self.settings.pulses.sensing);
+        // A straight line from zero through n readings at 1 … n has σ/√(Σ n²) ≈ σ √(3/n³), its end n times that.
+        let on = T::of(train.samples_on() as f64);
+        let reading = T::of(3.0) / on * self.train.noise / (peak * peak);
+        let link = sensing.link_noise / self.dc_link;
+        let [dead, pulse] = [train.dead_time, train.pulse].map(|time| T::of(time.seconds()));
+        let edges = significance::of_timing(dead, pulse);
+        Alike { deviation: (reading + link * link / on + edges).sqrt(), saliency, peak }
     }
 }
