@@ -112,9 +112,9 @@ impl Default for Tolerance {
 pub struct Case<'a> {
     /// The motor.
     pub motor: &'a Motor,
-    /// The inverter, with the gate delays of this specimen's legs and the phase of its link's ripple drawn.
+    /// The inverter of this specimen: its gate delays and the phase of its link's ripple are already drawn.
     pub inverter: Inverter,
-    /// The sensors, with the errors of this specimen drawn.
+    /// The sensors of this specimen: their errors are already drawn.
     pub sensors: Sensors,
     /// Initial electrical angle θ of the rotor in rad.
     pub start_angle: f64,
@@ -167,10 +167,10 @@ impl<'a> Case<'a> {
 /// Computational effort of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Evaluations of the magnetic core in steps, accepted or rejected. Locating events and setting currents to zero
-    /// take a few per cent more, which are not counted.
+    /// Number of evaluations of the magnetic core in steps, accepted or rejected. The evaluations for events and for setting currents
+    /// to zero, a few per cent more, are not counted.
     pub derivatives: u64,
-    /// Accepted integration steps.
+    /// Number of accepted integration steps.
     pub steps: u64,
     /// Number of segments: intervals between two instants that are known beforehand, such as samples and ends of commands.
     pub segments: u64,
@@ -296,9 +296,9 @@ impl RunError {
 /// Ending of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ended<T> {
-    /// The detector was done.
+    /// The detector finished with this outcome.
     Outcome(Outcome<T>),
-    /// The run could not continue.
+    /// The run ended with this error before the detector was done.
     Error(RunError),
 }
 
@@ -307,7 +307,7 @@ pub enum Ended<T> {
 pub struct RunOf<E> {
     /// Ending of the run.
     pub ended: E,
-    /// Duration of the detection.
+    /// Duration from the start of the run to its end.
     pub duration: Nanos,
     /// Initial electrical angle of the rotor in rad.
     pub start_angle: f64,
@@ -319,7 +319,7 @@ pub struct RunOf<E> {
     pub resolver_angle: f64,
     /// Largest distance of the rotor from its initial position, in rad electrical.
     pub moved: f64,
-    /// Largest phase current in A, at the ends of the steps.
+    /// Largest magnitude in A of a phase current at the ends of steps.
     pub peak_current: f64,
     /// Energy balance of the run, if one was requested.
     pub ledger: Option<Ledger>,

@@ -11,27 +11,27 @@ use standstill_plant::Motor;
 
 use crate::trace::Health;
 
-/// Most faults that a case can have.
+/// Largest number of faults of a case.
 pub const MOST_FAULTS: usize = 4;
 
 /// A broken part. Legs, wires and phases are numbered from 0 for a.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Broken {
-    /// The wire from this leg's terminal to the winding is open. A current that flows at that time ends at once: the energy of its
-    /// arc is not modelled.
+    /// The wire from this leg's terminal to the winding is open. A current that flows when the wire breaks ends at once: the duration
+    /// of the arc is not modelled.
     Wire(usize),
     /// A resistance in Ω in series with a phase, as of a weak contact in the motor's terminal box.
     Contact(usize, f64),
     /// Turns of a phase of the motor are shorted. They stay shorted.
     Shorted(usize, Short),
-    /// Motor wires are exchanged: leg k feeds phase `[k]`. Possible only from the start of the run on.
+    /// Motor wires are exchanged: leg k feeds the phase whose number is element k. Possible only from the start of the run on.
     Wires([usize; 3]),
     /// This switch of a leg never turns on; [`Gate::Off`] stands for both switches. The diodes still work.
     Switch(usize, Gate),
     /// The sensor in this channel reads wrongly. Channels 0 to 2 are the phases (0 also the shunt in the DC link), 3 is
     /// the link's voltage.
     Sensor(usize, Misreading),
-    /// Two current sensors that read each other's phase.
+    /// Two current sensors are exchanged: each reads the other's phase.
     Exchanged(usize, usize),
     /// The reference that all converters share drifts: readings grow by this share per second.
     Drift(f64),
@@ -39,7 +39,7 @@ pub enum Broken {
     Deaf,
     /// The converter repeats the result of the previous sample.
     Stale,
-    /// Commands reach the gates this much later, while samples are taken as ordered.
+    /// Commands reach the gates with this delay, while samples are taken at their commanded times.
     Late(Nanos),
     /// Duty cycles are limited to this share.
     Duty(f64),
@@ -52,7 +52,7 @@ pub struct Short {
     pub share: f64,
     /// Resistance of the fault in Ω, zero or more.
     pub resistance: f64,
-    /// Coupling of the shorted turns with their phase, above 0 and below 1.
+    /// Coupling factor between the shorted turns and their phase, above 0 and below 1.
     pub coupling: f64,
 }
 
@@ -78,7 +78,7 @@ impl Short {
     }
 }
 
-/// How a sensor reads wrongly.
+/// Fault of a sensor: the way in which it reads wrongly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Misreading {
     /// The amplifier's output is zero, apart from its offset.
@@ -101,7 +101,7 @@ pub enum Misreading {
 pub struct Fault {
     /// The broken part.
     pub broken: Broken,
-    /// Number of the command, from 1, from whose begin both times count; none: they count from the start of the run.
+    /// Number (from 1) of the command from whose begin both times count; none: both count from the start of the run.
     pub command: Option<u32>,
     /// Time at which the part breaks.
     pub from: Nanos,

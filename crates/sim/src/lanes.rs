@@ -44,7 +44,7 @@ trait Host<'a> {
 /// A detector as a closure: returns the next command after the readings of the last one; `None` if the detector is done.
 type Orders<'d> = dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>> + 'd;
 
-/// Continues a run until it needs a step, or to its end.
+/// Continues a run until it needs a step (`None`) or ends; in the latter case returns the finished run.
 fn advance<'a, V: Wide>(
     control: &mut Control<'a>,
     bank: &mut Bank<'a, V>,
@@ -75,7 +75,7 @@ fn has_kinks(case: &Case) -> bool {
     case.motor.magnetics.core().kinks() != [false; 2]
 }
 
-/// Returns whether a case can run in this bank: its machine has the same form of equations.
+/// Returns whether a case can run in this bank: its machine's equations have the form of those of the bank.
 fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
     bank.machine.fits(
         case.motor,

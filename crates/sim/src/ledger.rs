@@ -1,4 +1,4 @@
-//! Energy balance.
+//! Energy balance of a run.
 
 use serde::Serialize;
 

@@ -28,7 +28,7 @@ pub(crate) use sensed::Sensed;
 use crate::{Purpose, Streams};
 
 choice! {
-    /// Where the current sensors sit.
+    /// Arrangement of a drive's current sensors: where they measure.
     pub enum Arrangement {
         /// One sensor in each phase.
         ThreeInLine = "three-in-line",
@@ -118,11 +118,11 @@ pub struct Resolver {
 pub struct SensorSettings {
     /// Arrangement of the current sensors.
     pub arrangement: Arrangement,
-    /// Standard deviation of each phase's relative gain error.
+    /// Standard deviation of the relative gain error of each phase's current sensor.
     pub gain_error: f64,
-    /// Standard deviation of each phase's residual offset in A.
+    /// Standard deviation in A of the residual offset of each phase's current sensor.
     pub offset: f64,
-    /// Noise of each sample in A rms.
+    /// Noise of each current sample in A rms.
     pub noise: f64,
     /// Nominal corner frequency of the current sensors' first-order filters in Hz; none: no filter.
     pub bandwidth: Option<f64>,

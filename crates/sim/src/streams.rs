@@ -20,7 +20,7 @@ pub use tape::{Strip, Tape};
 pub enum Purpose {
     /// The rotor's angle.
     Angle = 0,
-    /// Delays of the legs.
+    /// Gate delays of the legs.
     GateDelay = 1,
     /// Phase of the DC link's ripple.
     Ripple = 2,
@@ -44,7 +44,7 @@ pub enum Purpose {
     Bandwidth = 11,
     /// Values of a scenario's keys that have a tolerance; each key has its own draws, under its name.
     Tolerance = 12,
-    /// The order of a Latin hypercube.
+    /// Choices of a computation about trials, not of a trial itself, such as the order of a Latin hypercube.
     Design = 13,
     /// The seed given to an external detector.
     Detector = 14,
@@ -62,7 +62,7 @@ pub enum Purpose {
     ComparatorDelay = 25,
     /// Error of the timer's clock, and the phase of its ticks relative to the pulses.
     CaptureTimer = 26,
-    /// Noise at the comparators: one draw for each command with a threshold.
+    /// Noise at the comparators: one draw for each command with a threshold, or for each value of band-limited noise.
     ComparatorNoise = 27,
     /// Location, size, sign and onset of faults: four draws for each fault.
     Fault = 28,
@@ -155,7 +155,7 @@ impl Source {
         Self { key: ChaCha8Rng::seed_from_u64(seed).get_seed(), index }
     }
 
-    /// Returns the source with a key changed by a name. An empty name leaves the source unchanged.
+    /// Returns the source of the draws with this name: its key is changed by a hash of the name. An empty name changes nothing.
     fn named(mut self, name: &str) -> Self {
         if !name.is_empty() {
             // FNV-1a.

@@ -23,7 +23,7 @@ pub struct Snapshot {
     pub angle: f64,
     /// Electrical speed in rad/s.
     pub speed: f64,
-    /// Electromagnetic torque in N·m.
+    /// Electromagnetic torque in N·m, cogging included.
     pub torque: f64,
     /// Conduction mode of each leg.
     pub modes: Modes,
@@ -122,11 +122,11 @@ pub enum Health {
 pub enum Event {
     /// The detector gave a command.
     Command,
-    /// A gate changed.
+    /// The gates of this leg changed to this state.
     Gate(Phase, Gate),
-    /// A leg changed its conduction mode.
+    /// This leg changed to this conduction mode.
     Conduction(Phase, Conduction),
-    /// The rotor started or stopped.
+    /// The rotor started, stopped or reached a stop: its new state of motion.
     Motion(Motion),
     /// The currents left the motor's flux map; the run ends.
     LeftMap,
@@ -174,7 +174,7 @@ pub struct Trace {
     resolution: f64,
     /// Snapshots in order of time.
     pub snapshots: Vec<Snapshot>,
-    /// Events in order of time.
+    /// Events in order of time, each with its time in s.
     pub events: Vec<(f64, Event)>,
     /// Channels and log of the detector.
     pub own: Own,
@@ -185,9 +185,9 @@ pub struct Trace {
 pub struct Own {
     /// Names of the channels.
     pub names: Vec<String>,
-    /// Values of all channels after each step of the detector.
+    /// Time and values of all channels after each step of the detector.
     pub rows: Vec<(f64, Vec<f64>)>,
-    /// Lines of the log.
+    /// Lines of the log, each with its time.
     pub log: Vec<(f64, String)>,
 }
 

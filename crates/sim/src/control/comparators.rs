@@ -13,8 +13,8 @@ use crate::sensing::{Arrangement, Comparator, ComparatorSettings, Comparators, I
 use crate::trace::{ComparatorState, Event};
 use crate::{Draws, Purpose};
 
-/// Distance of the current from the threshold, in standard deviations of the comparator's noise, below which each noise
-/// value is drawn. Noise exceeds this distance with a probability of 1e-9.
+/// Values of band-limited noise are drawn only while the current is nearer to the threshold than this number of standard
+/// deviations of the noise, which the noise exceeds with a probability of 1e-9.
 const FAR: f64 = 6.0;
 
 /// The comparators of one run.
@@ -84,7 +84,8 @@ impl<'a> Watching<'a> {
         self.after.is_some()
     }
 
-    /// Returns the level in A at which a comparator trips the drive for good; infinite for comparators that do not exist.
+    /// Returns the overcurrent level in A at which a comparator switches the drive off for good; infinite for a comparator that the drive
+    /// does not have.
     fn overcurrent(&self, input: Input) -> f64 {
         let exists = (input == Input::Link) == (self.settings.arrangement == Comparators::Common);
         if exists && self.settings.trip > 0.0 {

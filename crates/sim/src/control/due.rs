@@ -1,4 +1,4 @@
-//! Instants of a run: due requests to legs, instants of the DC source, and waiting while nothing happens.
+//! Instants of a run: requests to legs that have been carried out, instants of the DC source, and waiting of a machine at rest.
 
 use standstill_interface::Nanos;
 use standstill_numeric::{Lane, Wide};

@@ -18,8 +18,8 @@ const POTENTIAL_SHARE: f64 = 2e-9;
 const FLUX_SHARE: f64 = 1.25e-11;
 /// Tolerance of the angle in rad.
 const ANGLE_SLACK: f64 = 1e-12;
-/// Tolerance of the speed in rad/s, and largest tolerance in N·m of the torque that starts a rotor: some rotors start at
-/// a micronewton metre.
+/// Tolerance of the speed in rad/s, and upper limit in N·m of the tolerance of the torque that starts a rotor, because some
+/// rotors start at torques of about 1 µN·m.
 const SPEED_SLACK: f64 = 1e-6;
 
 /// Tolerance of the torque that starts a rotor, as a share of its stiction. The larger of this and the tolerance by
@@ -28,7 +28,7 @@ const STICTION_SHARE: f64 = 1e-4;
 /// Tolerance of the torque that starts a rotor, as a share of the torque at rated current.
 const TORQUE_SHARE: f64 = 1e-9;
 
-/// Returns how far in Wb ψ_d or ψ_q must be beyond zero, where the core has a kink, to count as on the other side.
+/// Returns the flux in Wb by which ψ_d or ψ_q must have passed zero, where the core has a kink, to count as on the other side.
 pub(super) fn flux_slack(motor: &Motor) -> f64 {
     FLUX_SHARE * motor.winding.mean_inductance * motor.rated_current
 }

@@ -144,7 +144,7 @@ impl<V: Wide> Cells<V> {
         }
     }
 
-    /// Returns the elastic flux of each play (hysteresis) cell in Wb once the stator's flux has reached `flux` in Wb.
+    /// Returns the elastic flux e of each play cell in Wb after the flux has moved from the last accepted state to `flux` in Wb.
     /// `along`: initial tangent of the flux path; none for a straight path.
     #[inline(always)]
     pub fn away_at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> BranchState<V> {

@@ -231,7 +231,7 @@ impl<V: Wide> LegGates<V> {
         }
     }
 
-    /// Returns [`Self::carried_out`] of one lane; `direction`: +1 for current into the motor, −1 for current out of
+    /// Returns the result of [`Self::carried_out`] for one lane; `direction`: +1 for current into the motor, −1 for current out of
     /// it, 0 for none.
     pub fn is_carried_out(&self, lane: usize, time: f64, direction: f64, both: bool) -> bool {
         let to = self.to.of(lane);

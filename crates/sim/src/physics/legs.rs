@@ -288,7 +288,7 @@ impl<V: Wide> Legs<V> {
         [V::Mask::of_bits(self.out[k]), V::Mask::of_bits(self.into[k])]
     }
 
-    /// Returns the conduction of the legs at times in ns, with windings of this resistance in Ω per phase.
+    /// Returns the conduction of the legs at times in ns; `winding`: resistance of a phase of the winding in Ω.
     #[inline(always)]
     pub fn at<const RARE: bool>(&self, time: V, winding: V) -> Conducting<V> {
         let capacitive = self.elastance_if::<RARE>().is_some();

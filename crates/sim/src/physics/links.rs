@@ -64,7 +64,7 @@ impl<V: Wide> Links<V> {
         links
     }
 
-    /// Returns whether a link is of the same kind.
+    /// Returns whether a link is of this kind: with or without ripple, sag and storage as these.
     pub fn fits(&self, link: &DcLink) -> bool {
         self.ripple.is_some() == (link.ripple != 0.0)
             && self.sag.is_some() == link.sag.is_some()

@@ -81,7 +81,7 @@ pub struct Operating<T> {
     pub turning: Plane<T>,
     /// Slope of the current in A/s at constant ψ, caused by decaying eddy currents (and by the currents of shorted turns).
     pub relaxing: Plane<T>,
-    /// ∂²W/∂θ∂ψ in A/rad: the slope of ∂W/∂θ over the flux, needed for the slope of the torque.
+    /// ∂²W/∂θ∂ψ in A/rad, with the core's energy W: the derivative of ∂W/∂θ by the flux, needed for the slope of the torque.
     pub energy_turn: Plane<T>,
     /// ∂²W/∂θ² in J/rad² at constant ψ, divided by 3/2.
     pub energy_bend: T,
@@ -166,7 +166,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         }
     }
 
-    /// Returns whether a machine is of the same kind.
+    /// Returns whether this motor and inverter make a machine of this kind; `free` and `loaded` as for [`Self::like`].
     pub fn fits(&self, motor: &Motor, inverter: &Inverter, free: bool, loaded: bool) -> bool {
         self.circuits.fits(&motor.magnetics)
             && self.links.fits(&inverter.link)

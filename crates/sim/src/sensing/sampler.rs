@@ -74,7 +74,7 @@ impl Instant {
 }
 
 impl<'t> Sampler<'t> {
-    /// Makes the sampler of a run; `taken`: room for samples, whose contents are not used.
+    /// Makes the sampler of a run; `taken`: allocated memory for samples to be reused, whose contents are not used.
     pub fn new(sensors: &Sensors, faults: Faults, streams: Streams<'t>, mut taken: Vec<Instant>) -> Self {
         taken.clear();
         taken.reserve(MOST_TAKEN);
@@ -104,7 +104,7 @@ impl<'t> Sampler<'t> {
         self.mean.clear();
     }
 
-    /// Returns the room for samples.
+    /// Returns the allocated memory for samples, for the next run.
     pub fn into_room(self) -> Vec<Instant> {
         self.taken
     }

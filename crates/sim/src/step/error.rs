@@ -94,7 +94,9 @@ pub(crate) fn ringing_error<V: Wide>(accuracy: &Accuracy<V>, ringing: &Ringing<V
     (ringing.error() * RINGING + between + nonlinear) * accuracy.per_flux
 }
 
-/// Returns the error of a step, relative to the tolerance.
+/// Returns the error of a step without ringing terminals, relative to the tolerance: quadrature of the drop, linear correction of the
+/// core, and, if filters follow the currents, the currents within the step. `off`: distance in Wb between the end and the point at
+/// which the core was evaluated.
 #[inline(always)]
 pub(crate) fn error<V: Wide>(
     accuracy: &Accuracy<V>,

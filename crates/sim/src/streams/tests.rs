@@ -20,7 +20,7 @@ fn golden_the_numbers_are_those_of_the_generator() {
     for (seed, index) in [(0, 0), (1, 7), (u64::MAX, u64::MAX)] {
         let mut expected = ChaCha8Rng::seed_from_u64(seed);
         expected.set_stream(index);
-        // The block of the purpose's number, then the blocks far behind.
+        // The block whose number is the purpose's, then the purpose's further blocks.
         expected.set_word_pos(16 * Purpose::Jitter as u128);
         let mut words: Vec<u64> = (0..8).map(|_| expected.next_u64()).collect();
         expected.set_word_pos(16 * ((Purpose::Jitter as u128 + 1) << 40));
@@ -31,11 +31,11 @@ fn golden_the_numbers_are_those_of_the_generator() {
             assert_eq!([value(uniform), value_of_draw(uniform)], [word >> 16; 2]);
         }
     }
-    // Results that are published stand on these.
+    // Published results depend on these numbers.
     let mut noise = Streams::new(1, 0).open(Purpose::CurrentNoise);
     let first = [(); 2].map(|()| noise.normal().to_bits());
     assert_eq!(first, [13_832_864_575_949_056_646, 13_827_892_754_717_580_348]);
-    // A sum of the bits of many, all tails among them, of angles and of truncated normals.
+    // A checksum over the bits of many normals, far tails included, of angles and of truncated normals.
     let normals = (0..100_000).map(|_| noise.normal());
     let others = (0..1_000).flat_map(|trial| {
         let mut draws = Streams::new(1, trial).open_named(Purpose::Angle, "a");
@@ -46,7 +46,7 @@ fn golden_the_numbers_are_those_of_the_generator() {
 }
 
 #[test]
-// As mpmath printed them.
+// The digits as printed by mpmath.
 #[allow(clippy::excessive_precision, clippy::unreadable_literal)]
 fn cross_normals_against_forty_digits() {
     // From mpmath 1.3: √2 erfinv(2 u − 1) with 40 digits, u = (k + ½)/2^48.
@@ -81,7 +81,7 @@ fn law_a_normal_tells_its_value() {
         let uniform = uniform_of_value(k);
         let normal = normal_of_uniform(uniform);
         assert_eq!(uniform_of_normal(normal), uniform, "{k}: {normal}");
-        // Both halves are alike.
+        // Both halves of the distribution are symmetric.
         assert_eq!(normal_of_uniform(uniform_of_value(LAST_VALUE - k)), -normal, "{k}");
     };
     // Ends, middle, and where the approximations meet: u = 0.075, √(−ln u) = 5.
@@ -93,15 +93,15 @@ fn law_a_normal_tells_its_value() {
     for _ in 0..300_000 {
         let word = rng.next_u64();
         check(word >> 16);
-        // All sizes of tails.
+        // Values of all magnitudes, so that all parts of the tail are covered.
         check(word >> 16 >> (word % 48));
     }
-    // What is given from outside can be anything.
+    // Normals given from outside may be out of range or infinite.
     assert_eq!(uniform_of_normal(-40.0), uniform_of_value(0));
     assert_eq!(uniform_of_normal(f64::INFINITY), uniform_of_value(LAST_VALUE));
 }
 
-/// Number n of a purpose, by itself.
+/// Returns draw `n` of a purpose after reading those before it as uniform numbers.
 fn nth<'t, T>(streams: Streams<'t>, n: usize, read: impl Fn(&mut Draws<'t>) -> T) -> T {
     let mut draws = streams.open(Purpose::CurrentNoise);
     for _ in 0..n {
@@ -120,7 +120,7 @@ fn law_a_draw_does_not_depend_on_those_before_it() {
         let seeded = Streams::new(5, 9);
         let alone: Vec<f64> = uniforms.iter().map(|uniform| normal_of_uniform(*uniform)).collect();
         assert_eq!(normals, alone);
-        // Of kinds in any order, and many at once between them.
+        // Kinds of numbers in random order, in between many at once.
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         for _ in 0..300 {
             let mut draws = streams.open(Purpose::CurrentNoise);
@@ -165,7 +165,7 @@ fn law_trials_seeds_purposes_and_names_differ() {
     }
 }
 
-/// Means of the powers one to four, and of the product with the next.
+/// Returns the means of the powers one to four, and the mean of the products of neighbours.
 fn moments(normals: &[f64]) -> ([f64; 4], f64) {
     let n = normals.len() as f64;
     let power = |k: i32| normals.iter().map(|z| z.powi(k)).sum::<f64>() / n;
@@ -173,8 +173,8 @@ fn moments(normals: &[f64]) -> ([f64; 4], f64) {
     ([power(1), power(2), power(3), power(4)], neighbours)
 }
 
-/// Largest distance between the distribution of these numbers and a stated one, times √n: above 1.95 in one case of a
-/// thousand (Kolmogorov).
+/// Returns the largest distance between the distribution of these numbers and a stated one, times √n. It exceeds 1.95 with a
+/// probability of 0.1 % (Kolmogorov).
 fn distance(mut numbers: Vec<f64>, distribution: impl Fn(f64) -> f64) -> f64 {
     numbers.sort_unstable_by(f64::total_cmp);
     let n = numbers.len() as f64;
@@ -185,7 +185,7 @@ fn distance(mut numbers: Vec<f64>, distribution: impl Fn(f64) -> f64) -> f64 {
     off.fold(0.0, f64::max) * n.sqrt()
 }
 
-/// The same between two lists of numbers (Smirnov).
+/// Returns the largest distance between the distributions of two lists of numbers, scaled as in [`distance`] (Smirnov).
 fn distance_between(mut a: Vec<f64>, mut b: Vec<f64>) -> f64 {
     a.sort_unstable_by(f64::total_cmp);
     b.sort_unstable_by(f64::total_cmp);
@@ -196,7 +196,7 @@ fn distance_between(mut a: Vec<f64>, mut b: Vec<f64>) -> f64 {
 
 #[test]
 fn law_normals_are_standard_normals() {
-    // Across trials as within one: the first draws of many and many draws of a few.
+    // The first draws of many trials, and many draws of a few trials.
     let across: Vec<f64> =
         (0..400_000).map(|trial| Streams::new(1, trial).open(Purpose::Resolver).normal()).collect();
     let within: Vec<f64> = (0..4)
@@ -251,7 +251,7 @@ fn law_seeded_and_given_draws_have_the_same_distribution() {
     ];
     let mut normals = ChaCha8Rng::seed_from_u64(77);
     let mut given = || {
-        // By another way than the seeded ones: the ziggurat.
+        // Normals of an independent method, the ziggurat.
         let mut tape = Tape::new(99, 0);
         *tape.normals(Purpose::Angle) = (0..3).map(|_| StandardNormal.sample(&mut normals)).collect();
         tape
@@ -268,7 +268,7 @@ fn law_seeded_and_given_draws_have_the_same_distribution() {
             assert!(distance < 1.95, "{name}, {kind}: {distance}");
         }
     }
-    // Whole numbers: χ² with 200 degrees of freedom stays below 268 with 99.9 %.
+    // Integers: χ² with 200 degrees of freedom is below 268 with a probability of 99.9 %.
     let chi = |read: &mut dyn FnMut(u64) -> u64| {
         let mut counts = [0_u32; 201];
         for trial in 0..201_000 {
@@ -298,7 +298,7 @@ fn analytic_given_normals_are_read_by_their_quantile() {
         let mut draws = Streams::taped(&tape).open(Purpose::Jitter);
         assert_eq!(draws.normal(), normal);
         assert!((draws.uniform() - uniform).abs() < 1e-14);
-        // Between whole numbers: floor of 201 u.
+        // The integer is the floor of 201 u.
         assert_eq!(draws.integer(200), integer);
     }
     for (x, y, degrees) in [(2.0, 0.0, 0.0), (0.0, 0.1, 90.0), (-1.0, -0.0, 180.0), (1.0, -1.0, 315.0)] {
@@ -308,7 +308,7 @@ fn analytic_given_normals_are_read_by_their_quantile() {
     }
     *tape.normals(Purpose::Angle) = vec![1.0, -1e-300];
     assert_eq!(Streams::taped(&tape).open(Purpose::Angle).angle(), 0.0);
-    // Of a normal distribution within ±0.674, its middle half, the upper quartile is at Φ⁻¹(⅝) = 0.3186.
+    // A normal truncated to ±0.674 (its middle half) has its upper quartile at Φ⁻¹(⅝) = 0.3186.
     let within = |tape: &mut Tape, normal: f64, most: f64| {
         *tape.normals(Purpose::Tolerance) = vec![normal];
         Streams::taped(tape).open(Purpose::Tolerance).normal_within(most)
@@ -337,7 +337,7 @@ fn law_a_tape_grows_and_keeps_what_nobody_reads() {
     let longer = read(Purpose::CurrentGain, "", 8);
     assert_eq!(longer[..5], [1.0, 2.0, 3.0, 4.0, 5.0]);
     assert_eq!(read(Purpose::CurrentGain, "", 8), longer);
-    // Names have draws of their own.
+    // Each name has its own draws.
     assert_eq!(read(Purpose::Tolerance, "motor.d", 1), [7.0]);
     let mut other = Streams::new(1, 4).open_named(Purpose::Tolerance, "motor.q");
     assert_eq!(read(Purpose::Tolerance, "motor.q", 1), [other.normal()]);
@@ -355,7 +355,7 @@ fn law_a_tape_grows_and_keeps_what_nobody_reads() {
     assert_eq!(counts(&mut tape), expected);
     tape.rewind();
     assert!(counts(&mut tape).iter().all(|(_, _, read)| *read == 0));
-    // What one strip grew by does not depend on the others.
+    // The draws appended to one strip do not depend on the other strips.
     let mut alone = given;
     alone.grow_from(8, 0);
     let mut eighth = Streams::new(8, 0).open(Purpose::CurrentGain);

@@ -55,8 +55,7 @@ fn analytic_pwm_is_centred() {
     assert_eq!(requests(&command, 2), [(1000, Gate::High)]);
 }
 
-/// A gate driver as hardware has it: given one request after the other at its time, it switches off and, after the dead time,
-/// on.
+/// A gate driver as in hardware: it gets each request at its time, switches off, and after the dead time switches on.
 #[derive(Default)]
 struct Driver {
     timing: GateTiming,
@@ -72,7 +71,7 @@ impl Driver {
         }
         self.requested = wanted;
         let off_at = at + self.timing.turn_off_delay;
-        // A switch-on that has not happened by then will not: a pulse shorter than the dead time is lost.
+        // Cancels a turn-on that would come after this turn-off: a pulse shorter than the dead time is lost.
         while self.edges.back().is_some_and(|(edge, _)| *edge >= off_at) {
             self.edges.pop_back();
         }
@@ -91,7 +90,7 @@ impl Driver {
     }
 }
 
-/// All requests of a command one by one, those that change nothing too.
+/// Returns all requests of a command to a leg, also those that change nothing, with their times.
 fn all_requests(command: &Command<f64>, leg: usize, start: Nanos) -> Vec<(Nanos, Gate)> {
     let mut seen = Vec::new();
     let mut begin = start;
@@ -99,7 +98,7 @@ fn all_requests(command: &Command<f64>, leg: usize, start: Nanos) -> Vec<(Nanos,
         let end = begin + stage.duration;
         match stage.legs.0[leg] {
             Leg::Off => seen.push((begin, Gate::Off)),
-            // At once: it does not switch.
+            // A change at the begin of the stage: the leg does not switch within it.
             Leg::Low | Leg::Fall(Nanos::ZERO) => seen.push((begin, Gate::Low)),
             Leg::High | Leg::Rise(Nanos::ZERO) => seen.push((begin, Gate::High)),
             Leg::Rise(after) => {
@@ -149,7 +148,7 @@ impl Dice {
             4 => Leg::Duty(1.0),
             // Pulses and gaps around the delays and the dead time.
             5 => Leg::Duty(self.below(6000) as f64 * 1e-5),
-            // Once, at the begin or the end of a stage too.
+            // A single change of the leg, also at the begin or at the end of a stage.
             8 => Leg::Rise(Nanos(self.below(30) * 1000)),
             9 => Leg::Fall(Nanos(self.below(300_000))),
             6 => Leg::Duty(1.0 - self.below(6000) as f64 * 1e-5),
@@ -167,7 +166,7 @@ impl Dice {
     }
 }
 
-/// Against what visits every request at its time: the same gates at all times, whatever was requested when.
+/// The gates equal at all times those of drivers that get every request at its time, for random commands.
 #[test]
 fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
     let mut dice = Dice(1);
@@ -217,10 +216,10 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
                     drivers[leg].advance(now);
                     if drivers[leg].gate != before {
                         edges += 1;
-                        // No step goes on beyond an edge: it was known.
+                        // The edge was announced before, so that no step would have gone beyond it.
                         assert!(now == start || known[leg] <= time, "case {case} at {now:?}: {}", known[leg]);
                     }
-                    // Once, as for a leg whose current flows; all of them where a command begins.
+                    // One executed request is replaced, as while a current flows; at the begin of a command, all are.
                     let mut again = true;
                     while again && legs.gates[leg].is_carried_out(0, time, 0.0, false) {
                         lines.carry_out(&mut legs, 0, leg);
@@ -233,7 +232,7 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
                 now = (0..3)
                     .flat_map(|leg| {
                         let next = legs.gates[leg].next_of(0, time).0;
-                        // What comes never is later than all.
+                        // A time that never comes is left out.
                         let ours = (next < 1e15).then(|| Nanos::from_seconds(next * 1e-9));
                         let theirs = drivers[leg].edges.front().map(|(at, _)| *at);
                         [

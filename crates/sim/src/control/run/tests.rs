@@ -4,7 +4,7 @@ use standstill_plant::built_in;
 use super::*;
 use crate::SensorSettings;
 
-/// Modes that end a thousand times without time passing chatter; spread over a wait they may end as often as they like.
+/// More than a thousand events within a microsecond are chatter; spread over a longer time, any number of events is allowed.
 #[test]
 fn regress_events_are_counted_where_no_time_passes() {
     let motor = built_in("paper-5k5").expect("built in");
@@ -15,7 +15,7 @@ fn regress_events_are_counted_where_no_time_passes() {
         carrier_period: Nanos::from_micros(100),
     };
     let case = Case { start_angle: 0.35, ..Case::new(&motor, inverter) };
-    // Until what is counted is said to chatter, with so much time in ns between two events.
+    // Returns the number of events until the error, with `apart` in ns between two events.
     let until_chatter = |apart: f64| {
         let mut bank: Bank<'_, f64> =
             Bank::like(&motor, &case.inverter, &SensorSettings::IDEAL, false, false);
@@ -26,7 +26,7 @@ fn regress_events_are_counted_where_no_time_passes() {
         })
     };
     assert_eq!(until_chatter(0.0), Some(MOST_EVENTS + 1));
-    // A thousand within a microsecond, wherever it begins, are too many; fewer are what terminals do that ring.
+    // More than a thousand within a microsecond, wherever it begins, are an error; ringing terminals have fewer.
     assert!(until_chatter(0.5).is_some_and(|count| count < 3 * MOST_EVENTS));
     assert_eq!(until_chatter(2.0), None);
     assert_eq!(until_chatter(100.0), None);

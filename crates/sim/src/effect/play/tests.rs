@@ -1,11 +1,11 @@
-//! One cell along paths in the plane.
+//! One play cell while the flux moves on paths in the plane.
 
 use standstill_plant::{Cell, MOST_CELLS};
 
 use super::Cells;
 use crate::physics::plane::Plane;
 
-/// A memory of one cell that reaches 1 mWb and is 10 1/H stiff, at a flux.
+/// Returns the cells of a machine with a single cell, of reach 1 mWb and stiffness 10 1/H, at a flux in Wb.
 fn one(flux: Plane) -> Cells<f64> {
     let mut cells = [Cell::default(); MOST_CELLS];
     cells[1] = Cell { stiffness: 10.0, reach: 1e-3 };
@@ -14,8 +14,8 @@ fn one(flux: Plane) -> Cells<f64> {
     memory
 }
 
-/// A straight or evenly bent piece of a path: where it ends, its beginning's and its end's slopes. Back come work and loss over 3/2,
-/// in J, by Simpson's rule.
+/// Moves the flux on a straight line or a parabola between two points; `slopes`: slopes at both ends in Wb per piece. Returns work and
+/// loss, both divided by 3/2, in J, by Simpson's rule.
 fn go(memory: &mut Cells<f64>, from: Plane, to: Plane, slopes: [Plane; 2]) -> (f64, f64) {
     memory.find_modes(true, from, |_| slopes[0]);
     let [begin, end] = slopes;
@@ -35,8 +35,8 @@ fn go(memory: &mut Cells<f64>, from: Plane, to: Plane, slopes: [Plane; 2]) -> (f
     sums
 }
 
-/// A flux that turns at Ψ drags what is pinned around on a circle of √(Ψ² − r²), like a weight on a string: a turn costs κ 2π √(Ψ² − r²),
-/// whichever way it goes.
+/// A flux that rotates with the magnitude Ψ drags the pinned flux along a circle of radius √(Ψ² − r²), like a weight on a string. A turn
+/// in either direction loses K r 2π √(Ψ² − r²).
 #[test]
 fn analytic_a_turning_flux_loses_what_the_pinned_one_rubs() {
     for direction in [1.0, -1.0] {
@@ -65,7 +65,7 @@ fn analytic_a_turning_flux_loses_what_the_pinned_one_rubs() {
     }
 }
 
-/// Along whatever path, what was put in is stored or lost, and never is anything gained.
+/// On a random path, the work is equal to stored energy plus loss, and no energy is gained.
 #[test]
 fn law_work_is_stored_or_lost() {
     let mut state = 7_u64;
@@ -90,7 +90,7 @@ fn law_work_is_stored_or_lost() {
     assert!(lost > 100.0 * stored && ((work - stored - lost) / lost).abs() < 2e-3, "{work} {stored} {lost}");
 }
 
-/// One formula for a bent piece is as good as thousands of straight ones.
+/// One step on a parabola gives the result of thousands of straight steps.
 #[test]
 fn analytic_a_parabola_in_one_step() {
     let (from, begin, bend) = (Plane::new(0.0, 0.0), Plane::new(1.0e-3, 1.5e-3), Plane::new(0.8e-3, -0.7e-3));
@@ -118,11 +118,11 @@ fn analytic_a_parabola_in_one_step() {
     assert!((fine.dot(fine).sqrt() / 1e-3 - 1.0).abs() < 1e-9);
     let (off, chord) = (whole - fine, start().away_at(end, None)[1] - fine);
     assert!(off.dot(off).sqrt() < 2e-4 * 1e-3, "{off:?}");
-    // Without the area between path and chord it would be far off.
+    // On the chord instead of the parabola, the result would be far off.
     assert!(chord.dot(chord) > 1e4 * off.dot(off), "{chord:?} {off:?}");
 }
 
-/// A cell that has stopped is at its reach but for rounding: it would slide anew, for less than the shortest time, over and over.
+/// A stopped cell exceeds its reach by rounding only. This must not let it slide, or it would begin and stop over and over.
 #[test]
 fn regress_rounding_does_not_let_a_stopped_cell_slide() {
     let out = Plane::new(0.6, 0.8);

@@ -30,8 +30,8 @@ const BEFORE: f64 = 0.97;
 /// Square of the angle in rad by which an eigenmode turns in a step, up to which [`LONGER_AT_MOST`] holds where terminals ring, too: in a
 /// step four times as long the mode turns no further than [`SEEN`] allows.
 const HARDLY: f64 = SEEN / (LONGER_AT_MOST * LONGER_AT_MOST);
-/// Largest length of a retried step, as a share of the rejected one. A fourth power gives 0.7 for an error of four
-/// times the tolerance.
+/// Largest length of a retried step, as a share of the rejected one. For an error of four times the tolerance that grows
+/// with the fourth power of the length, 0.7 is the right share.
 const SHORTER_AT_LEAST: f64 = 0.7;
 /// Smallest length of a retried step, as a share of the rejected one: the order of the error does not hold where the
 /// error is large.

@@ -5,7 +5,7 @@ use standstill_plant::{Core, Hysteresis, Linear, MagneticCircuit, Motor, Winding
 
 use super::*;
 
-/// Where terminals have no capacitance, the step that does without what rings has the bits of the one for all.
+/// If terminals have no capacitance, the step compiled without ringing terminals gives the same bits as the step for all machines.
 #[test]
 fn law_a_step_that_may_ring_is_the_other_where_nothing_rings() {
     use Conduction::{Blocked, LowerDiode, LowerSwitch, UpperSwitch};
@@ -65,8 +65,8 @@ fn law_a_step_that_may_ring_is_the_other_where_nothing_rings() {
     assert_eq!(seen.len(), 6, "every machine takes a step of its own");
 }
 
-/// Whatever cells do, what is known of a linear core's inductance without them stays what it is: nothing of where they were
-/// predicted is left in it.
+/// The inductance of a linear core, without the contribution of the play cells, stays constant over many steps: no part of the cells'
+/// predicted stiffness remains in it.
 #[test]
 fn regress_cells_leave_nothing_in_the_inductance() {
     use Conduction::{LowerSwitch, UpperSwitch};
@@ -90,7 +90,7 @@ fn regress_cells_leave_nothing_in_the_inductance() {
     }
     bank.machine.legs.put(0, [UpperSwitch, LowerSwitch, LowerSwitch]);
     let cells = motor.magnetics.cells().expect("cells");
-    // Magnetised across the voltage, so that what slides turns.
+    // Magnetised across the voltage, so that the elastic flux of sliding cells turns.
     let memory = bank.machine.branch.as_mut().expect("it remembers");
     memory.put(0, cells, Plane::new(0.5, 0.0), 10e-3, 1e-7, Some(Plane::new(0.43, 0.9)));
     bank.here.state.flux = Plane::new(0.5, 0.0);
@@ -119,8 +119,8 @@ fn regress_cells_leave_nothing_in_the_inductance() {
     assert!(worst < 1e-11, "{worst:e} 1/H of 100");
 }
 
-/// A leg whose current flows against its mode before a step begins ends it in no step: the run says so, and not that its numbers are
-/// none.
+/// If a leg's current flows against its mode before a step begins, no step can locate the mode's end: the error is `Stuck`, not
+/// `NotFinite`.
 #[test]
 fn law_a_mode_that_had_ended_before_its_step_is_called_so() {
     use Conduction::{LowerSwitch, UpperSwitch};
@@ -153,7 +153,7 @@ fn law_a_mode_that_had_ended_before_its_step_is_called_so() {
         (bank.outcome.served.broken, bank.why_broken(0))
     };
     let begun = |flux: Plane<f64>| begun_with(flux, 1.0);
-    // A flux below the magnet's: a current of some amperes out of a winding that its switch feeds.
+    // A flux below the magnet's: some amperes flow out of the winding into a leg whose upper switch conducts.
     let backwards = begun(Plane::new(0.40, 0.0));
     let (1, error @ RunError::Stuck(place)) = backwards else { panic!("{backwards:?}") };
     assert_eq!((place.time, place.modes), (Nanos::ZERO, [UpperSwitch, LowerSwitch, LowerSwitch]));
@@ -163,7 +163,7 @@ fn law_a_mode_that_had_ended_before_its_step_is_called_so() {
     assert!(error.to_string().contains("a upper switch without a finite current"), "{error}");
     assert_eq!(error.name(), "the simulation left the finite numbers");
     assert_eq!(begun(Plane::new(0.50, 0.0)).0, 0);
-    // A finite state from which no step is short enough is called another thing.
+    // A finite state from which no step is short enough has another error, `NoStep`.
     let (1, error @ RunError::NoStep(_)) = begun_with(Plane::new(0.50, 0.0), f64::NAN) else {
         panic!("a step")
     };

@@ -1,4 +1,4 @@
-//! What a winding sees of legs, and where their modes end.
+//! Voltages and resistances that legs connect to a winding, and the bounds at which their modes end.
 
 use super::*;
 use Conduction::{Blocked, LowerDiode, LowerSwitch, UpperDiode, UpperSwitch};
@@ -19,7 +19,7 @@ const BRIDGE: Bridge = Bridge {
     disconnected: [false; 3],
 };
 
-/// Legs with these gates, conducting so, of a rotor at 0.7 rad.
+/// Returns legs with these gates and conduction modes, for a rotor at 0.7 rad.
 fn legs(bridge: &Bridge, gates: [Gate; 3], modes: Modes) -> Legs<f64> {
     let mut legs = Legs::idle(false, false);
     legs.put_axes(0, Heading::of(0.7));
@@ -34,13 +34,13 @@ fn legs(bridge: &Bridge, gates: [Gate; 3], modes: Modes) -> Legs<f64> {
     legs
 }
 
-/// One leg alone carries nothing.
+/// Returns the modes of the legs that carry current: none if only one leg conducts.
 fn legs_of(modes: Modes) -> Modes {
     let flows = modes.iter().filter(|mode| **mode != Blocked).count() > 1;
     if flows { modes } else { [Blocked; 3] }
 }
 
-/// What a winding sees of the legs, in a plane at any angle, is what their potentials make.
+/// The voltage of the three legs in one equation, in a plane at any angle, equals the vector of their potentials.
 #[test]
 fn analytic_the_legs_in_one_equation_are_the_legs_one_by_one() {
     use Gate::{High, Low, Off};
@@ -65,7 +65,7 @@ fn analytic_the_legs_in_one_equation_are_the_legs_one_by_one() {
         let i = Plane::from_stator(current, start);
         let mut voltage = terminals.rail * 550.0 + terminals.offset - i.through(terminals.resistance);
         if terminals.none_blocked == 0.0 {
-            // The blocked leg's current stays.
+            // The blocked leg's current stays constant.
             let across = terminals.blocked.through(gamma.unpark_by(-start.sin, start.cos));
             let driving = voltage - Plane::from_stator(port.holding, start);
             voltage = voltage - terminals.blocked * (across.dot(driving) / across.dot(terminals.blocked));

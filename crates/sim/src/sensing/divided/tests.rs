@@ -6,19 +6,23 @@ const H: f64 = 2e-6;
 /// Capacitance of a terminal in F.
 const CAPACITANCE: f64 = 0.3e-9;
 
-/// A step of three floating terminals, or of two and one behind a device, whose currents oscillate.
+/// A step with oscillating currents and three floating terminals, or two floating terminals and one with a conducting device.
 struct Bench {
-    /// Rates of leak and filter per step.
+    /// Rate of the discharge per step.
     leak: f64,
+    /// Rate of the filter per step.
     filter: f64,
-    /// Common potential in V that falls by the dividers alone; of three floating terminals.
+    /// Initial common potential in V of three floating terminals, which falls by the dividers alone.
     common: f64,
+    /// Whether a device of the first leg conducts.
     conducts: bool,
 }
 
-/// Rates of both modes per step, their amplitudes in A, and the link's voltage in V with its slope in V/s at both ends.
+/// Complex rates of both modes per step.
 const TURNS: [[f64; 2]; 2] = [[-0.3, 5.0], [-0.1, 0.7]];
+/// Complex amplitudes of both modes in A.
 const PHASOR: [[f64; 2]; 2] = [[2e-3, -1e-3], [0.5e-3, 0.8e-3]];
+/// Voltage of the link in V and its slope in V/s, at both ends.
 const LINK: [[f64; 2]; 2] = [[500.0, 2e6], [503.0, 1e6]];
 /// Resistance of the device in Ω.
 const RESISTANCE: f64 = 3.0;
@@ -62,7 +66,7 @@ impl Bench {
         sum
     }
 
-    /// Potential of a terminal in V after a share of the step: the equations of the file's head, solved.
+    /// Potential of a terminal in V after a share of the step: the solution of the equations at the head of `divided.rs`.
     fn potential(&self, k: usize, s: f64) -> f64 {
         if k == 0 && self.conducts {
             let [from, to] = LINK;
@@ -81,7 +85,7 @@ impl Bench {
         sum
     }
 
-    /// The filters after the whole step, and after a share of it.
+    /// Outputs of the filters in V after the whole step, and after a share of it.
     fn filtered(&self, before: [f64; 3], share: f64) -> [[f64; 3]; 2] {
         let mut divided = Divided::<f64>::default();
         divided.put(0, self.filter / (std::f64::consts::TAU * H), before);
@@ -105,7 +109,7 @@ impl Bench {
         [divided.at(0), divided.within(0, share, H, Some(&ringing))]
     }
 
-    /// `y′ = a (v − y)` up to a share of the step, by Simpson's rule over its response.
+    /// Solution of `y′ = a (v − y)` after a share of the step, by Simpson's rule for the convolution.
     fn expected(&self, k: usize, before: f64, share: f64) -> f64 {
         let parts = 4000;
         let mut sum = 0.0;
@@ -126,7 +130,7 @@ fn analytic_filters_follow_terminals_that_ring_leak_and_conduct() {
         (0.0, 1.3, 0.0, false),
         (0.0, 1.3, 0.0, true),
         (0.4, 1.3, 200.0, false),
-        // As fast as the filter, and much faster than step and filter.
+        // A discharge as fast as the filter, and one much faster than step and filter.
         (1.3, 1.3, 200.0, false),
         (30.0, 1.3, 200.0, false),
         (0.4, 0.01, 0.0, true),

@@ -1,6 +1,6 @@
 use super::*;
 
-/// One filter with a time constant of 1 s over `h` seconds of a cubic in time and what oscillates beside it.
+/// Returns the output of a filter with a time constant of 1 s after `h` seconds; its input is a cubic in time plus oscillations.
 fn filtered(h: f64, start: f64, input: [f64; 4], rings: Option<Rings<'_, f64>>) -> f64 {
     let mut filters = Filters { rate: [1.0, 2.0, 0.5], output: [start; 3] };
     filters.advance(true, h, &[input, [0.0; 4], [0.0; 4]], rings);
@@ -31,7 +31,7 @@ fn analytic_what_a_filter_makes_of_powers_of_time() {
         exact[0] = -(-h).exp_m1();
         for n in 0..4 {
             let mut input = [0.0; 4];
-            // The cubic is one over the step.
+            // The cubic's time is a share of the step, so that tⁿ is hⁿ sⁿ.
             input[n] = h.powf(n as f64);
             let off = filtered(h, 0.0, input, None) - exact[n];
             assert!(off.abs() < 3e-14 * exact[n].max(exact[0] * input[n] * 0.01), "{h} s, power {n}: {off}");

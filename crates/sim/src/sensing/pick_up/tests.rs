@@ -6,7 +6,7 @@ use Conduction::{Blocked, LowerDiode, LowerSwitch, UpperDiode, UpperSwitch};
 
 const OF: PickUp = PickUp { amplitude: 0.2, decay: 0.5e-6, frequency: 5e6 };
 
-/// What has been picked up, from gates and modes at times in ns.
+/// Pick-up of a sequence of gates and modes, with the time in ns of the last one.
 struct Course {
     picked_up: PickedUp<f64>,
     time: f64,
@@ -19,7 +19,7 @@ impl Course {
         Self { picked_up, time: 0.0 }
     }
 
-    /// In A at a time in ns.
+    /// Returns the pick-up in A at a time in ns.
     fn at(&self, time: f64) -> f64 {
         let mut copy = self.picked_up;
         copy.advance(true, (time - self.time) * 1e-9, None);
@@ -43,10 +43,10 @@ impl Course {
 fn analytic_edges_ring_and_add_up() {
     let mut course = Course::new();
     let wave = |t: f64| (-t / 0.5e-6).exp() * (TAU * 5e6 * t).cos();
-    // From rest, leg a to the upper rail: half an edge, and leg c's gate stays off while its diode carries the current.
+    // From rest, leg a switches to the upper rail: half an edge. Leg c's gates stay off while its diode carries the current.
     course.follow(0.0, [Gate::High, Gate::Off, Gate::Off], [UpperSwitch, Blocked, UpperDiode]);
     assert!((course.at(130.0) - 0.1 * wave(130e-9)).abs() < 1e-15);
-    // The gates go off: a's current goes on through the lower diode, a whole edge down; c's stays where it was.
+    // All gates turn off. The current of leg a continues through the lower diode: a whole falling edge. Leg c's potential stays.
     course.follow(700.0, [Gate::Off; 3], [LowerDiode, Blocked, UpperDiode]);
     for t in [700.0, 731.0, 1500.0] {
         let expected = 0.1 * wave(t * 1e-9) - 0.2 * wave((t - 700.0) * 1e-9);
@@ -59,17 +59,17 @@ fn analytic_edges_ring_and_add_up() {
 fn law_what_moves_no_potential_at_once_rings_not() {
     let mut course = Course::new();
     course.follow(0.0, [Gate::Off; 3], [LowerDiode, UpperDiode, Blocked]);
-    // The switch beside a diode that conducts.
+    // A switch in parallel to a conducting diode turns on.
     course.follow(1000.0, [Gate::Low, Gate::High, Gate::Off], [LowerDiode, UpperDiode, Blocked]);
     course.follow(2000.0, [Gate::Low, Gate::High, Gate::Off], [LowerSwitch, UpperSwitch, Blocked]);
-    // Currents that end.
+    // Currents end, and diodes of other legs conduct.
     course.follow(3000.0, [Gate::Off; 3], [LowerDiode, Blocked, UpperDiode]);
     assert!([0.0, 100.0, 1100.0, 2100.0, 3100.0].iter().all(|t| course.at(*t) == 0.0));
 }
 
 #[test]
 fn analytic_what_glides_is_the_sum_of_its_parts() {
-    // Over h seconds potentials move by a cubic and an oscillation a step: many small jumps in the middles of their parts.
+    // The rate of change of the potentials over h seconds is a cubic plus an oscillation. Expected: the sum of many small jumps.
     let (decay, angle) = (0.4, 2.5);
     let over = f64::exp(-decay);
     let of = Oscillation {

@@ -103,7 +103,7 @@ fn law_two_sensors_derive_the_third() {
 fn law_shunts_see_only_lower_devices() {
     let shunts = SensorSettings { arrangement: Arrangement::LowSideShunts, ..SensorSettings::IDEAL };
     let mut sampler = sampler(shunts);
-    // One leg up: derived. Two up: hidden. All off: only what a lower diode carries.
+    // One leg high: derived. Two legs high: hidden. All off: only a current through a lower diode is read.
     let mut read =
         |modes, gates| -> Reading<f64> { read(&mut sampler, there(modes, gates).through(shunts, modes)) };
     let reading = read(PULSE.1, PULSE.0);
@@ -125,7 +125,7 @@ fn law_a_shunt_in_the_link_shows_the_leg_that_is_alone() {
     };
     let (high, low, off) = (Gate::High, Gate::Low, Gate::Off);
     let [measured, hidden] = [Sensed::Measured, Sensed::Hidden];
-    // One leg high: its own. One low: its own, with the other sign. With a leg open: nobody knows whose.
+    // One leg high: its current. One leg low: minus its current. With a leg off, the current cannot be assigned to a phase.
     let reading = read([2.0, -1.5, -0.5], [UpperSwitch, LowerSwitch, LowerSwitch], [high, low, low], true);
     assert_eq!((reading.link_current, reading.link_sensed), (2.0, measured));
     assert_eq!((reading.current.0[0], reading.sensed.0), (2.0, [measured, hidden, hidden]));
@@ -134,11 +134,11 @@ fn law_a_shunt_in_the_link_shows_the_leg_that_is_alone() {
     assert_eq!(reading.sensed.0, [hidden, measured, hidden]);
     let reading = read([1.5, -1.5, 0.0], PULSE.1, PULSE.0, true);
     assert_eq!((reading.link_current, reading.sensed.0), (1.5, [hidden; 3]));
-    // Diodes return the current to the link: it turns its sign, and the drive cannot say whose it is.
+    // Diodes return the current to the link: it is negative, and the drive cannot assign it to a phase.
     let reading = read([1.5, -1.5, 0.0], [LowerDiode, UpperDiode, Blocked], [off; 3], true);
     assert_eq!((reading.link_current, reading.link_sensed), (-1.5, measured));
     assert_eq!(reading.sensed.0, [hidden; 3]);
-    // All low: nothing flows in the link. An amplifier that has not settled: nothing is read.
+    // All low: no current in the link. If the amplifier has not settled, no current is read.
     let reading = read([1.5, -1.0, -0.5], [LowerSwitch; 3], [low; 3], true);
     assert_eq!((reading.link_current, reading.link_sensed), (0.0, measured));
     let reading = read([1.5, -1.5, 0.0], PULSE.1, PULSE.0, false);

@@ -1,4 +1,5 @@
-//! Each factor against what a step really misses of exponentials, in closed form: no less than that, and no more than it must be.
+//! Each factor of the error estimate, compared with the true error of a step for exponentials in closed form: the estimate must be
+//! larger than the error, but not by much.
 
 use standstill_interface::Dq;
 use standstill_inverter::Source;
@@ -18,7 +19,7 @@ fn along_x(value: f64) -> Plane<f64> {
     Plane::new(value, 0.0)
 }
 
-/// A place where this current flows along x.
+/// Returns a state with this current in A along x.
 fn place(current: f64) -> Here<f64> {
     let dq = Dq::new(0.0, 0.0);
     let state = State {
@@ -46,7 +47,7 @@ fn place(current: f64) -> Here<f64> {
     Here { time: 0.0, state, at, source: Source { voltage: 0.0, rise: 0.0 } }
 }
 
-/// The estimate for a step of a second in which a current falls as e^(−x s), through this resistance or before such a filter.
+/// Returns the estimate for a step of 1 s in which a current falls as e^(−x s); `resistance`: in Ω; `filtered`: field of [`Accuracy`].
 fn estimate(x: f64, resistance: f64, filtered: f64) -> f64 {
     let accuracy = Accuracy { per_flux: 1.0, per_angle: 1.0, per_flux_scale: 1.0, filtered, remembered: 0.0 };
     let change =
@@ -62,7 +63,7 @@ fn analytic_the_drop_of_a_decay_is_estimated_sixteen_times_as_far_off_as_it_is()
         let end = (-x).exp();
         let missed = (hermite_area(1.0, [1.0, end], [-x, -x * end]) - (1.0 - end) / x).abs();
         let times = estimate(x, 1.0, 0.0) / missed;
-        // Eight times for what is no exponential, twice for the sum of two resistances; on long steps the fifth order shows.
+        // A factor of eight for other functions than exponentials, and two for the sum of two resistances; less on long steps.
         assert!((8.0..17.0).contains(&times), "{x}: {times}");
     }
 }
@@ -71,15 +72,15 @@ fn analytic_the_drop_of_a_decay_is_estimated_sixteen_times_as_far_off_as_it_is()
 fn analytic_a_filter_sees_half_of_what_is_estimated_between_the_ends() {
     for x in [0.1_f64, 0.3, 1.0] {
         let end = (-x).exp();
-        // A cubic in the middle of its step.
+        // Value of the cubic in the middle of the step.
         let middle = (1.0 + end) / 2.0 + (-x + x * end) / 8.0;
         let times = estimate(x, 0.0, 1.0) / (middle - (-x / 2.0).exp()).abs();
         assert!((1.2..2.4).contains(&times), "{x}: {times}");
     }
 }
 
-/// A step of a second in which a mode turns by `angle` and a force, or what is not linear of the current, falls as e^(−x s): the
-/// estimate over the error of the flux.
+/// Returns the estimate divided by the true error of the flux, for a step of 1 s in which a mode turns by `angle` in rad and the force (or
+/// the nonlinear remainder of the current) falls as e^(−x s).
 fn ringing(x: f64, angle: f64, of_force: bool) -> f64 {
     let charging = Symmetric::new(angle * angle, 0.0, 0.0);
     let none = Symmetric::new(0.0, 0.0, 0.0);
@@ -132,7 +133,7 @@ fn analytic_what_counts_of_a_motion_put_right_is_more_than_it_is_off_by() {
         let x = f64::from(n) * 0.1;
         let end = (-x).exp();
         let (speed, angle) = ((1.0 - end) / x, (x - 1.0 + end) / (x * x));
-        // As a step predicts them and puts them right (`two_derivative.rs`), over a second.
+        // Predicted and corrected as in a step (`two_derivative.rs`), over 1 s.
         let (speed_ahead, angle_ahead) = (1.0 - x / 2.0, 0.5 - x / 6.0);
         let new_speed = hermite_area(1.0, [1.0, end], [-x, -x * end]);
         let new_angle = hermite_area(1.0, [0.0, new_speed], [1.0, end]);

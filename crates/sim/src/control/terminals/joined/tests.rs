@@ -1,11 +1,12 @@
 use super::*;
 use crate::ledger::Ledger;
 
-/// Capacitances in F: of a terminal, and of the link.
+/// Capacitance of a terminal in F.
 const TERMINAL: f64 = 2e-9;
+/// Capacitance of the link in F.
 const LINK: f64 = 40e-9;
 
-/// Largest difference of two sums of charges or energies as a share of them.
+/// Largest relative difference between two sums of charges or energies.
 const ROUNDING: f64 = 1e-14;
 
 fn before(potential: [f64; 3], link: f64) -> Joined {
@@ -17,8 +18,8 @@ fn stored(potential: [f64; 3], link: f64) -> f64 {
     LINK * link * link / 2.0 + potential.map(|of| TERMINAL * of * of / 2.0).iter().sum::<f64>()
 }
 
-/// A capacitor C_t at `from` meets one C_l at U: both end at (C_l U + C_t from) / (C_l + C_t), and the switch between them turns
-/// ½ q (U − from) into heat, with the charge q = C_t (U − from) / (1 + C_t/C_l).
+/// A capacitor C_t at the voltage `from` is connected to one with C_l at U: both end at (C_l U + C_t from) / (C_l + C_t). The switch
+/// between them loses ½ q (U − from), with the charge q = C_t (U − from) / (1 + C_t/C_l).
 #[test]
 fn analytic_a_terminal_and_the_links_capacitor_share_their_charge() {
     let (from, link) = (13.0, 60.0);
@@ -36,18 +37,18 @@ fn analytic_a_terminal_and_the_links_capacitor_share_their_charge() {
     assert_eq!(ledger.source, 0.0);
 }
 
-/// All legs at the upper rail fall with the link, those too that were there before; a floating terminal that the falling bound of its
-/// diode meets is joined as well. C_l U + C_t Σ u of these legs stays, and what is stored no more is heat.
+/// The potentials of all legs at the upper rail fall with the link, also of those that were there before. A floating terminal is connected,
+/// too, if the falling bound of its diode reaches it. C_l U + C_t Σ u of these legs is constant; the lost energy is heat.
 #[test]
 fn law_charge_and_energy_of_all_terminals_at_the_upper_rail() {
     let (link, drop) = (60.0, 0.7);
     for from in [
-        // One new leg, one that was there, one far from its bounds.
+        // One leg that is newly at the rail, one that was there before, and one far from its bounds.
         [5.0, link, 30.0],
-        // The third floats so near below its bound that the falling link takes its bound to it.
+        // The third leg floats just below its bound: the bound falls with the link and reaches it.
         [5.0, link, link + drop - 0.5],
         [0.0, 0.0, link + drop],
-        // It floats above its bound.
+        // The third leg floats above its bound.
         [link, link, link + drop + 3.0],
     ] {
         let before = before(from, link);
@@ -71,7 +72,7 @@ fn law_charge_and_energy_of_all_terminals_at_the_upper_rail() {
     }
 }
 
-/// A stiff link keeps its voltage: the source gives C_t U (U − from), and half of it is heat where the terminal was at 0 V.
+/// A stiff link keeps its voltage: the source gives C_t U (U − from); half of this is heat if the terminal was at 0 V.
 #[test]
 fn analytic_a_stiff_link_charges_a_terminal_at_a_loss_of_half_c_u_squared() {
     let before = Joined { potential: [0.0; 3], link: 60.0, share: 0.0 };
@@ -83,7 +84,7 @@ fn analytic_a_stiff_link_charges_a_terminal_at_a_loss_of_half_c_u_squared() {
     assert_eq!(ledger.device_loss, ledger.source / 2.0);
 }
 
-/// Where all terminals are where their devices hold them nothing moves, to the last bit.
+/// If all terminals already have the potentials of their devices, no potential changes, to the last bit.
 #[test]
 fn law_terminals_at_their_rails_leave_the_link_alone() {
     let before = before([59.3, 0.7, 59.3], 60.0 + 1e-14);

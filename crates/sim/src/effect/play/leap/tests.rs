@@ -1,4 +1,4 @@
-//! Jumps against ten thousand small steps along the same way, and against what the equations say at its ends.
+//! Jumps of the flux, compared with many small steps on the same path, and with limits of the equations.
 
 use standstill_plant::Cell;
 
@@ -6,8 +6,8 @@ use super::*;
 
 const REACH: f64 = 1e-3;
 
-/// Play by its definition, in small parts: the pinned point comes along where the string is longer than the reach. The loss over
-/// stiffness and reach is the way of that point.
+/// Play by its definition, in small parts: the pinned flux follows as far as the distance exceeds the reach. Returns the elastic flux, and
+/// the path length of the pinned flux: the loss divided by stiffness and reach.
 fn in_parts(mut away: Plane, path: Plane, parts: u32) -> (Plane, f64) {
     let mut moved = 0.0;
     for _ in 0..parts {
@@ -25,14 +25,14 @@ fn in_parts(mut away: Plane, path: Plane, parts: u32) -> (Plane, f64) {
 #[test]
 fn analytic_a_jump_is_a_straight_path_of_any_length() {
     for (away, path) in [
-        // Stuck all along; from rest outwards; across; back through the middle; along the edge; far, with the string askew.
+        // Stuck on the whole path; from zero outwards; across; back through zero; along the circle |e| = r; far, at an angle.
         ((0.2, 0.1), (-0.5, 0.3)),
         ((0.0, 0.0), (2.0, 1.0)),
         ((0.5, -0.8), (0.4, 1.7)),
         ((0.9, 0.3), (-2.5, -0.7)),
         ((1.0, 0.0), (0.0, 1.5)),
         ((-0.6, 0.8), (7.0, 2.0)),
-        // No jump at all, of a cell that is beyond its reach by a step's error.
+        // A jump of zero length, for a cell that is beyond its reach by the error of a step.
         ((0.6, 0.8 + 1e-6), (0.0, 0.0)),
     ] {
         let of = |(x, y): (f64, f64)| Plane::new(x * REACH, y * REACH);
@@ -68,7 +68,7 @@ fn law_a_jump_there_and_back_is_a_step_of_the_path_that_follows() {
     let energy = |memory: &Cells<f64>, at| memory.energy(0, at);
     let before = memory.before(0, start);
     let lost = memory.leap(0, &before, there);
-    // At its reach it slides on outwards and is stuck on its way back.
+    // At its reach, the cell slides if the flux moves outwards, and is stuck if the flux moves back.
     assert_eq!(memory.slides, [false, true, false]);
     memory.find_modes(true, there, |_| there - start);
     assert_eq!(memory.slides, [false, true, false]);
@@ -76,7 +76,7 @@ fn law_a_jump_there_and_back_is_a_step_of_the_path_that_follows() {
     assert_eq!(memory.slides, [false; 3]);
     let stored = energy(&memory, there);
     assert!((stored / (10.0 * REACH * REACH / 2.0) - 1.0).abs() < 1e-12 && lost > stored, "{stored} {lost}");
-    // A part of a jump is the same jump: where it was before decides, not the attempts on the way.
+    // The result depends on the state before the jump only, not on attempts with another flux.
     let mut other = Cells::<f64>::idle();
     other.put(0, &cells, start, 10e-3, 1e-9, None);
     other.leap(0, &before, Plane::new(0.39, 0.0));

@@ -1,4 +1,4 @@
-//! How far what rings may swing, against swings integrated in small steps.
+//! Bounds of the oscillation of currents and potentials, compared with oscillations that are integrated in small steps.
 
 use standstill_interface::AlphaBeta;
 use standstill_inverter::AXES;
@@ -7,13 +7,13 @@ use standstill_numeric::Heading;
 use super::*;
 use crate::physics::terminals::of_legs;
 
-/// Of each terminal in 1/F.
+/// Inverse capacitance of each terminal in 1/F.
 const ELASTANCE: f64 = 1e9;
 
-/// Current in A, and what floating terminals put on the winding in V.
+/// Current in A, and voltage in V that the floating terminals put on the winding.
 type Now = [Plane<f64>; 2];
 
-/// The ends of a small step of the method of Runge and Kutta.
+/// Returns the state after a small step of `h` seconds by the classical Runge–Kutta method.
 fn stepped(now: Now, h: f64, slope: impl Fn(Now) -> Now) -> Now {
     let on = |by: Now, h: f64| [now[0] + by[0] * h, now[1] + by[1] * h];
     let first = slope(now);
@@ -24,7 +24,7 @@ fn stepped(now: Now, h: f64, slope: impl Fn(Now) -> Now) -> Now {
     on([mean(0), mean(1)], h)
 }
 
-/// Whatever the inductances, the resistance, the terminals that float and where in their swing they are.
+/// Currents and potentials stay within the bounds, for various inductances, resistances, floating terminals and initial phases.
 #[test]
 fn law_currents_and_potentials_never_swing_farther_than_is_said() {
     let axes = AXES.map(|axis: AlphaBeta<f64>| Plane::from_stator(axis, Heading::of(0.4)));
@@ -32,7 +32,7 @@ fn law_currents_and_potentials_never_swing_farther_than_is_said() {
     let (mut most, mut least) = (0.0_f64, f64::INFINITY);
     for (number, conducting) in (0..90).flat_map(|number| conducting.map(|legs| (number, legs))) {
         let part = |stride: f64| (f64::from(number) * stride).fract();
-        // L along the axes of the rotor from 10 to 40 mH, qualities from 2 up, and a winding's own resistance.
+        // L_d and L_q from 10 to 40 mH, quality factors from 2 on, and in every third case a resistance of the winding.
         let heading = Heading::of(9.0 * part(0.618));
         let gamma = Symmetric::new(40.0 + 60.0 * part(0.37), 0.0, 25.0 + 10.0 * part(0.71))
             .unpark_by(heading.sin, heading.cos);
@@ -73,8 +73,8 @@ fn law_currents_and_potentials_never_swing_farther_than_is_said() {
     assert!(least > 0.4, "said far too much: {least}");
 }
 
-/// A swing of each mode turns back once in less than half a turn: from both ends of a step follows how far terminals are from their middle
-/// between, and closer than by the amplitude alone where none turns back.
+/// In less than half a period, the oscillation of a mode has at most one extremum. So both ends of a step give bounds of the potentials
+/// between them, which are closer than those by the amplitude alone if there is no extremum.
 #[test]
 fn law_between_two_places_of_a_swing_terminals_stay_within_what_is_said() {
     let axes = AXES.map(|axis: AlphaBeta<f64>| Plane::from_stator(axis, Heading::of(0.4)));
