@@ -33,7 +33,7 @@ pub enum Broken {
     Sensor(usize, Misreading),
     /// Two current sensors are exchanged: each reads the other's phase.
     Exchanged(usize, usize),
-    /// The reference that all converters share drifts: readings grow by this share per second.
+    /// The reference voltage that all converters share drifts: readings grow by this share per second.
     Drift(f64),
     /// All comparators fail to trip.
     Deaf,

@@ -88,7 +88,7 @@ pub struct Terminals<T> {
     pub rail: Plane<T>,
     /// Constant part of the terminals' voltage vector in V.
     pub offset: Plane<T>,
-    /// Resistance of devices and winding in Ω.
+    /// Resistance of devices, contacts and winding in Ω, as a matrix in the run's plane.
     pub resistance: Symmetric<T>,
     /// Axis of the leg that is blocked while the others conduct; zero if there is none.
     pub blocked: Plane<T>,

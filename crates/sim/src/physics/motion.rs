@@ -72,9 +72,9 @@ impl Motion {
         dry + rotor.friction.viscous * mechanical_speed
     }
 
-    /// Returns the coefficients of the motion's margin, positive while the motion lasts: a constant and the factors
-    /// of the speed, of the electromagnetic torque, cogging included, and of the magnitude of torque less load. The
-    /// margin is a torque in N·m when resting, a speed in rad/s when sliding.
+    /// Returns four coefficients of the motion's margin, which is positive while the motion lasts: a constant, and factors of the
+    /// speed in rad/s, of the electromagnetic torque in N·m (cogging included), and of |torque − load| in N·m. The margin is a
+    /// torque in N·m when resting, a speed in rad/s when sliding. `load`: load torque in N·m.
     pub fn limits(self, rotor: &Rotor, load: f64) -> [f64; 4] {
         let stiction = rotor.friction.stiction;
         match self {

@@ -5,7 +5,7 @@ use standstill_interface::{Nanos, Phase, choice};
 use crate::{Purpose, Streams};
 
 choice! {
-    /// Currents that the comparators compare with the threshold.
+    /// Arrangement of a drive's comparators: the currents that they compare with the threshold.
     #[derive(Default)]
     pub enum Comparators {
         /// One comparator for the current in the DC link: the sum of the currents of the legs at the positive rail. While only one leg
@@ -28,7 +28,7 @@ const NOISE_HOLD: f64 = 0.25;
 /// neither a timer nor an overcurrent trip has no comparators.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ComparatorSettings {
-    /// Currents that the comparators compare with the threshold.
+    /// Arrangement of the comparators: one for the link's current, or two for each phase.
     pub arrangement: Comparators,
     /// Tick in s of the timer that captures the comparators' trips; 0: no timer.
     pub timer: f64,
@@ -55,7 +55,7 @@ pub struct ComparatorSettings {
 }
 
 impl ComparatorSettings {
-    /// Returns the number of comparators.
+    /// Returns the number of comparators: 0, 1, or 6 with two per phase.
     pub fn count(&self) -> usize {
         match self.arrangement {
             _ if !self.any() => 0,
