@@ -68,10 +68,10 @@ impl<V: Wide> Modes<V> {
     /// A/s; `elastance`: inverse capacitance of each terminal in 1/F; `leak`: the rate in 1/s at which dividers discharge
     /// the terminals, and the voltage in V that the terminals put on the winding.
     ///
-    /// With the modal currents I, the matrix D ([`Self::damping`]) and η = I′ + D I, the amplitude of a mode is the root of I² + η²/ω². Resistance reduces
-    /// the sum of both squared amplitudes, so neither amplitude exceeds the root of that sum. The coupling D₁₂ makes an
-    /// amplitude grow by at most h |D₁₂| times that root. Dividers reduce the sum, too. With dividers, the winding's current
-    /// oscillates about their current, `−γ/ω²` times the slow part of η.
+    /// With the modal currents I, the matrix D ([`Self::damping`]) and η = I′ + D I, the amplitude of a mode is the root of I² +
+    /// η²/ω². Resistance reduces the sum of both squared amplitudes, so neither amplitude exceeds the root of that sum. The
+    /// coupling D₁₂ makes an amplitude grow by at most h |D₁₂| times that root. Dividers reduce the sum, too. With dividers,
+    /// the winding's current oscillates about their current, `−γ/ω²` times the slow part of η.
     #[inline(always)]
     pub fn swing(
         &self,
