@@ -70,7 +70,7 @@ pub(crate) fn require_share<T: Real>(value: T, setting: &'static str) -> Result<
 
 /// Requires a probability of a wrong pole from 1e-30 to below 0.5.
 pub(crate) fn require_error<T: Real>(value: T, setting: &'static str) -> Result<(), SettingsError> {
-    // Below it the exponential of a single-precision number is no longer a number with all its digits.
+    // Below 1e-30 an exponential in single precision loses digits.
     let least = T::of(1e-30);
     require(value >= least && value < T::of(0.5), setting, "a probability from 1e-30 to below 0.5")
 }

@@ -291,12 +291,12 @@ mod tests {
         // Line a-b: the mean of two phases that are converted 1 us apart.
         assert!((skewed.late(0, Derived::None) - 2.5e-6).abs() < 1e-15);
         assert_eq!((sensing.lead(), skewed.lead()), (micros(4), micros(6)));
-        // Shunts need room beside it, in which jitter cannot pass the edge.
+        // Shunts need additional time, so that jitter cannot move a sample beyond the edge.
         for place in [Place::InLink, Place::BelowLegs] {
             assert_eq!(Sensing { place, ..sensing }.lead(), micros(5));
         }
         assert_eq!((sensing.lead_key(), skewed.lead_key()), ("sensors.oversampling", "sensors.oversampling"));
-        // Nor does a mean across the edge compare sensors.
+        // A mean of conversions across the edge cannot compare sensors either.
         let compares = sensing.compares(micros(80));
         assert!(compares(micros(75)) && !compares(micros(77)) && compares(micros(81)));
     }

@@ -327,10 +327,10 @@ mod tests {
         assert!((axis / plain.axis_variance(&covariance, sign) - 1.0).abs() < 0.05, "{axis}");
         let most = square.into_iter().fold(0.0, f64::max);
         assert!((most / plain.most_variance(&covariance) - 1.0).abs() < 0.05, "{most}");
-        // Along the saliency it is more than across it, which is all that the axis feels.
+        // The variance along the saliency exceeds the variance across it, and only the latter affects the axis.
         let across = 4.0 * plain.ratio().powi(2) * axis;
         assert!(most > 1.5 * across, "{most} {across}");
-        // Alike in all lines it is alike in all directions: `of_lines`.
+        // Equal variances of all lines give equal variances in all directions, as `of_lines` computes.
         let alike = core::array::from_fn(|k| core::array::from_fn(|l| if k == l { 1e-8 } else { 0.0 }));
         let line = 3.0 * plain.mean;
         let stated = crate::parts::significance::of_lines(1e-8 / (line * line));

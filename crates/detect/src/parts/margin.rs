@@ -87,7 +87,7 @@ mod tests {
         assert_eq!(margin.smallest(), Some(2.0));
         margin.at_most(4.0, 8.0);
         assert_eq!(margin.smallest(), Some(1.0));
-        // Neither one that is kept more easily nor one that says nothing.
+        // A larger margin, and checks without a margin, change nothing.
         margin.at_most(0.0, 1.0);
         margin.at_least(f64::NAN, 1.0);
         margin.at_least(0.0, 0.0);
@@ -96,7 +96,7 @@ mod tests {
         other.at_most(2.0, 1.0);
         margin.and(other);
         assert_eq!(margin.smallest(), Some(-0.5));
-        // What keeps a limit by its sign says nothing; what misses a limit of zero has failed.
+        // A value that meets its limit by its sign has no margin; a value that misses a limit of zero has failed.
         margin.at_most(-3.0, 1.0);
         assert_eq!(margin.smallest(), Some(-0.5));
         margin.at_least(-1.0, 0.0);

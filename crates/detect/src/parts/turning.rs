@@ -176,7 +176,7 @@ pub(crate) fn check_speed<T: Real>(
     way: Option<Rotation>,
 ) -> Result<(), Fault<T>> {
     margin.at_most(speed, allowed);
-    // What is not a number is no speed; it ends a detection elsewhere.
+    // A speed that is not a number passes here; another check ends the detection.
     if speed > allowed { Err(Fault::RotorTurns { speed, allowed, way }) } else { Ok(()) }
 }
 

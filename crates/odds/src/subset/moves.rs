@@ -146,7 +146,7 @@ impl Shrinking {
             count += 1.0;
             sum += log;
             squares += log * log;
-            // Twice over n − 1 is the variance of the logarithm of a normal sample's variance.
+            // 2 / (n − 1) is the variance of the logarithm of a normal sample's variance.
             chance += ALIKE * 2.0 / (seeds - 1.0);
         }
         let mean = if count > 0.0 { sum / count } else { 0.0 };
