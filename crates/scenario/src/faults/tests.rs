@@ -1,3 +1,5 @@
+mod values;
+
 use std::path::Path;
 
 use standstill_detect::MethodName;

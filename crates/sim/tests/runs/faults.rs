@@ -1,6 +1,8 @@
 //! Faults of wires, switches and sensors: closed forms of what flows and is read, the energy ledger, and lanes.
 #![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
+mod software;
+
 use super::script::{LINK, Script, same_bits_in_lanes, stage};
 use Leg::{Duty, High, Low, Off};
 use standstill_interface::{Command, Leg, Nanos, Reading, Sampling, Sensed};
