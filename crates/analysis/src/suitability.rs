@@ -188,9 +188,10 @@ impl Suitability {
         let is_salient = saliency_ratio(motor) >= LEAST_SALIENCY;
         if open && is_salient && condition::saturating(document, 0.1).is_some() {
             let methods = condition::quick(methods);
-            for (number, most) in condition::LARGEST.into_iter().enumerate() {
-                // The first range is the likeliest, so it gets most of the work; the rest of the work is for judging the axis alone.
-                let share = if number == 0 { 0.9 } else { 0.4 };
+            let kept = FOR_THE_AXIS * work.left() as f64;
+            for most in condition::LARGEST {
+                // A range whose search ends early leaves its work to the next one.
+                let share = (1.0 - kept / work.left() as f64).max(LEAST_OF_A_RANGE);
                 let (found, cut) = work
                     .within(share, || Self::with_saturation(document, demands, work, &methods, most, hear));
                 if let Some(mut found) = found? {
@@ -384,6 +385,10 @@ fn saliency_ratio(motor: &Motor) -> f64 {
 /// Saliency ratio |L_B| / L_A below which the inductances of both axes count as equal.
 const LEAST_SALIENCY: f64 = 1e-3;
 
+/// Share of the whole work that ranges of saturation leave for judging the axis alone.
+const FOR_THE_AXIS: f64 = 0.1;
+/// Least share of the remaining work that a range of saturation may use.
+const LEAST_OF_A_RANGE: f64 = 0.4;
 /// Share of the remaining work for the search of settings, before the best are confirmed.
 const SEARCH: f64 = 0.5;
 /// Share of the remaining work for the confirmation, before changes are tried.

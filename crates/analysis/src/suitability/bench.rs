@@ -86,7 +86,7 @@ pub(super) struct Bench<'a> {
 }
 
 /// Objection to settings whose starts were not run because no work was left.
-pub(super) const SPENT: &str = "not tried, as the work that this check may do is done";
+pub(super) const SPENT: &str = "not tried, as this check may do no more work for it";
 
 /// Offset of the seed with which settings are searched, from the scenario's seed. Later stages use larger offsets.
 pub(super) const SEARCH: u64 = 0;

@@ -149,8 +149,12 @@ pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
 /// tried.
 fn untried(asked: &Checked<'_>) -> Option<String> {
     let (untried, effort) = (&asked.found.untried, asked.effort.name());
-    (!untried.is_empty())
-        .then(|| format!("Not tried, as the work of --effort {effort} was done: {}.", untried.join("; ")))
+    (!untried.is_empty()).then(|| {
+        format!(
+            "Not tried, as it would take more than the work of --effort {effort}: {}.",
+            untried.join("; ")
+        )
+    })
 }
 
 /// Formats a share between 0 and 1, in per cent unless it is below 1e-4.
