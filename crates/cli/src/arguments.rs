@@ -58,11 +58,11 @@ pub enum Command {
     Trace(Trace),
     /// All methods on one motor, side by side: errors, wrong poles, time, current, and the limit that physics sets
     Compare(Compare),
-    /// Is this motor suited to detection at standstill, by which method, with what margin?
+    /// Whether this motor is suited to detection at standstill, with which method and which margin
     Check(Check),
     /// A scenario file's trials, at each point of its axes
     Run(Run),
-    /// The same, with axes from the command line
+    /// As `run`, with axes from the command line
     Sweep(Sweep),
     /// The probability of a rare event, down to one in a billion, and what it looks like
     Odds(Odds),
@@ -74,16 +74,16 @@ pub enum Command {
     Witness(Witness),
     /// Where the error comes from: the share of each sensor and drive error and of each tolerance
     Budget(Budget),
-    /// What a part must do: the largest or smallest value of a key with which limits hold
+    /// The requirement on a part: the largest or smallest value of a key with which limits hold
     Require(Require),
-    /// Why trials of a finished run ended as they did: what they drew, their waveforms, and each without one of its errors
+    /// Why trials of a finished run ended as they did: their draws, their waveforms, and each repeated without one of its errors
     Explain(Explain),
-    /// Which settings are best: a measure as small as can be while limits hold, with the settings to copy
+    /// The best settings: those with the smallest measure while limits hold
     Tune(Tune),
     #[cfg(feature = "program")]
     /// Drive or motor as a functional mock-up unit (FMI 2.0, 3.0), for Simulink, OpenModelica and other tools
     Fmu(Fmu),
-    /// The shards of a run, put together
+    /// Merge the shards of a run
     Merge(Merge),
     /// A script that runs a scenario file's shards on a cluster with Slurm, and puts them together
     #[cfg(feature = "program")]
@@ -104,7 +104,7 @@ pub enum Command {
     /// JSON Schema of scenario files, for editors
     #[cfg(feature = "program")]
     Schema,
-    /// What a shell needs to complete this command line, on standard output
+    /// The completion script of a shell, on standard output
     #[cfg(feature = "program")]
     Completions(Completions),
     /// Man pages, one a command
@@ -119,7 +119,7 @@ pub enum Command {
     Worker,
     /// A motor's numbers as other data sheets give them: Kv, Ke, rms or peak, of a phase or between terminals
     Convert(Convert),
-    /// The built-in motors, a line each; of one motor each number, and where it comes from
+    /// The built-in motors, a line each; of one motor each number and its source
     Motors(Motors),
 }
 
@@ -127,7 +127,7 @@ pub enum Command {
 pub struct Reproduce {
     #[command(flatten)]
     pub source: Source,
-    /// Folder for the files; made if it does not exist
+    /// Folder for the files, created if it does not exist
     #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
     #[command(flatten)]
@@ -139,7 +139,7 @@ pub struct Reproduce {
     pub decay: PaperDecay,
     #[command(flatten)]
     pub setup: Setup,
-    /// Worker threads [default: one per core]; the results do not depend on it
+    /// Number of worker threads [default: one per core]; the results do not depend on it
     #[arg(long, value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
 }
@@ -175,7 +175,7 @@ pub struct Trace {
     pub decay: PaperDecay,
     #[command(flatten)]
     pub setup: Setup,
-    /// Folder for the files; made if it does not exist
+    /// Folder for the files, created if it does not exist
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     #[command(flatten)]
@@ -198,7 +198,7 @@ pub struct Compare {
     /// Only these methods, separated by commas [default: all]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = choice::<MethodName>())]
     pub method: Vec<MethodName>,
-    /// How good drive and sensors are, separated by commas [default: the scenario's, or default,harsh]
+    /// Sets of errors of drive and sensors, separated by commas [default: the scenario's, or default,harsh]
     #[arg(long, value_delimiter = ',', value_parser = choice::<ErrorSet>())]
     pub errors: Vec<ErrorSet>,
     /// Whether the rotor can move, separated by commas [default: the scenario's, or locked,free]
@@ -207,10 +207,10 @@ pub struct Compare {
     /// Trials of each method under each set of conditions [default: the scenario's, or 500, of dc-alignment 20]
     #[arg(long, value_parser = whole::<u64>(1..=MOST_ROWS), allow_hyphen_values = true)]
     pub trials: Option<u64>,
-    /// How methods with a polarity test of their own decide [key: detector.polarity; default: each its own way]
+    /// Decision rule of methods with a polarity test of their own [key: detector.polarity; default: that of each method]
     #[arg(long, value_parser = choice::<PoleRule>())]
     pub polarity: Option<PoleRule>,
-    /// Tell the methods that this pole draws more current, right or wrong [key: detector.signature; default: as the
+    /// The pole that the methods assume to draw more current [key: detector.signature; default: as the
     /// motor's magnetics say]
     #[arg(long, value_parser = choice::<Signature>())]
     pub signature: Option<Signature>,
@@ -227,7 +227,7 @@ pub struct Compare {
     pub temperature: Temperatures,
     #[command(flatten)]
     pub seed: Seed,
-    /// Folder for the files; made if it does not exist
+    /// Folder for the files, created if it does not exist
     #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
     #[command(flatten)]
@@ -238,7 +238,7 @@ pub struct Compare {
     /// Print a JSON list and write no files
     #[arg(long)]
     pub json: bool,
-    /// Worker threads [default: one per core]; the results do not depend on it
+    /// Number of worker threads [default: one per core]; the results do not depend on it
     #[arg(long, value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
 }
@@ -251,13 +251,13 @@ pub struct Check {
     pub motor: String,
     #[command(flatten)]
     pub keys: Keys,
-    /// How good drive and sensors are [key: errors; without a scenario: default]
+    /// Set of errors of drive and sensors [key: errors; without a scenario: default]
     #[arg(long, value_parser = choice::<ErrorSet>())]
     pub errors: Option<ErrorSet>,
-    /// Largest angle error in electrical degrees that the start can bear, in 95 of 100 detections
+    /// Largest angle error in electrical degrees that the start allows, in 95 of 100 detections
     #[arg(long, value_name = "DEG", default_value_t = 5.0, value_parser = tolerance(), allow_hyphen_values = true)]
     pub tolerance: f64,
-    /// Furthest that a free rotor may move, in electrical degrees
+    /// Largest movement of a free rotor, in electrical degrees
     #[arg(long, value_name = "DEG", default_value_t = 1.0, value_parser = tolerance(), allow_hyphen_values = true)]
     pub movement: f64,
     /// Largest phase current in A (peak) that the drive may use [default: the motor's rated current]
@@ -270,10 +270,10 @@ pub struct Check {
     /// so that the answer is the same on each machine
     #[arg(long, value_name = "EFFORT", default_value = "normal", value_parser = choice::<Effort>())]
     pub effort: Effort,
-    /// Scenario file for what is recommended [default: check-MOTOR.toml; with --json none]
+    /// Scenario file for the recommended settings [default: check-MOTOR.toml; with --json none]
     #[arg(long, value_name = "FILE.toml")]
     pub write: Option<PathBuf>,
-    /// Replace that file where it says something else
+    /// Replace that file if it has other content
     #[arg(long)]
     pub force: bool,
     #[command(flatten)]

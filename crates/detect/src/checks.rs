@@ -12,7 +12,7 @@ choice! {
         Sensors = "sensors",
         /// The inductances of the lines are those of the data sheet.
         Inductance = "inductance",
-        /// Pulses both ways of a line, or vectors along the axis and against it, differ by no more than the poles can make them.
+        /// Pulses in both directions of a line, or vectors along and against the axis, differ by no more than the difference of the poles explains.
         BothWays = "both-ways",
         /// No phase has more resistance than the others.
         Contact = "contact",

@@ -192,16 +192,16 @@ macro_rules! method_keys {
             /// Length of the line pulses.
             PULSE = pulse: Second [1e-6, 10e-3, "from 1 µs to 10 ms"]
                 because "a bridge switches no faster than 1 µs, and 10 ms exceed the time constant of most windings", as "\"120 us\"";
-            /// How long all switches are open after each line pulse both ways, as a share of the pulse; the current needs a little less than the pulse to decay.
+            /// Time for which all switches are open after each line pulse of methods that pulse in both directions, as a share of the pulse; the current needs a little less than the pulse to decay.
             REST = rest: Share [1.001, 10.0, "from 100.1 % to 1000 % of the pulse"]
                 because "one per mille of the shortest pulse is the nanosecond by which a rest must be longer", as "\"160 %\"";
-            /// Times that all lines are pulsed, or pulses per line.
+            /// Number of rounds of pulses through all lines, or of pulses per line.
             ROUNDS = rounds: One [1.0, 255.0, "a whole number from 1 to 255"]
                 because "the count is a byte in a drive's memory", as "4";
-            /// |L_B| / L_A below which no angle is named.
+            /// Saliency |L_B|/L_A below which the detector gives no angle.
             LEAST_SALIENCY = least_saliency: Share [0.0, 1.0, "a share from 0 to 1"]
                 because "the second harmonic of an inductance is at most its mean", as "\"2 %\"";
-            /// Probability of a wrong pole that is allowed.
+            /// Largest allowed probability of a wrong pole.
             POLE_ERROR = pole_error: Share [1e-30, 0.5, "a probability from 1e-30 to 0.5"]
                 because "a guess is wrong in half of all starts", as "\"0.01 %\"";
             /// Current of a polarity test's vectors.
@@ -213,33 +213,33 @@ macro_rules! method_keys {
             /// Corner frequency of the current sensors' filters as their data sheet states it; 0: no filter.
             BANDWIDTH = bandwidth: Hertz [0.0, 1e12, "zero or more"]
                 because "a frequency has no sign", as "\"200 kHz\"";
-            /// Standard deviation of the angle at which an adaptive method is content.
+            /// Standard deviation of the angle at which an adaptive method stops.
             DEVIATION = deviation: Degree [f64::MIN_POSITIVE, 1e12, "more than zero"]
                 because "no number of pulses makes an angle exact", as "\"0.1 deg\"";
             /// Amplitude of an injected voltage.
             VOLTAGE = voltage: Volt [f64::MIN_POSITIVE, 1e12, "more than zero"]
                 because "without voltage no current answers", as "\"30 V\"";
-            /// With one shunt in the DC link, how long each of the two vectors of a carrier period is at least in which an injection samples it:
-            /// edges are shifted for it, and back in the next period.
+            /// Smallest time of each of the two vectors of a carrier period in which an injection samples a shunt in the DC link. Edges are
+            /// shifted to give this time, and by the opposite in the next period.
             WINDOW = window: Second [1e-7, 1e-3, "from 0.1 us to 1 ms"]
                 because "half a carrier period has room for both", as "\"15 us\"";
             /// Whether an injection compensates dead time and drops.
             COMPENSATION = compensation: Flag, as "true";
-            /// Which checks are on whether readings can be those of whole parts and of a rotor that stands: true for all, false for none, or a list.
+            /// Checks of the readings for faulty parts and for a rotor that turns: true for all, false for none, or a list.
             CHECKS = checks: Checks, as "[\"link\", \"sensors\"]";
-            /// Whether the dividers at the terminals are compared on an all-high vector first.
+            /// Whether the detector first compares the dividers at the terminals, with all legs high.
             COMPARISON = comparison: Flag, as "false";
-            /// Current at which each of six pulses ends; without a timer, that for which it is made.
+            /// Current at which each of the six pulses ends. Without a timer, the pulse is as long as this current takes on the data sheet's motor.
             THRESHOLD = threshold: Ampere [f64::MIN_POSITIVE, 1e12, "more than zero"]
                 because "without current nothing saturates", as "\"8 A\"";
-            /// How long all switches are open after each of six pulses, as a share of the longest pulse; less than about two thirds leaves a current to the next pulse, which turns axis and pole.
+            /// Time for which all switches are open after each of the six pulses, as a share of the longest pulse. After less than about two thirds, a current remains in the next pulse, which shifts axis and pole.
             PAUSE = pause: Share [0.01, 10.0, "from 1 % to 1000 % of the longest pulse"]
                 because "without a pause one pulse goes over into the next", as "\"160 %\"";
-            /// Whether of six pulses each is followed by the opposite one, and not by the next around the circle.
+            /// Order of the six pulses: true if each is followed by the opposite one, false if by the next one around the circle.
             PAIRS = pairs: Flag, as "false";
-            /// Whether six pulses are timed until a comparator trips, and not sampled after a time.
+            /// True if the six pulses last until a comparator trips and their times are compared, false if they last a fixed time and their currents are compared.
             TIMED = timed: Flag, as "true";
-            /// Width of the sectors in which six pulses answer: 30° or 60°; 0: not in sectors.
+            /// Width of the sectors in which six pulses give the angle: 30° or 60°; 0: an interpolated angle.
             SECTOR = sector: Degree [0.0, 60.0, "0, 30 or 60 degrees"]
                 because "six directions divide a turn into sectors of 60° or halves of these", as "\"0 deg\"";
         }

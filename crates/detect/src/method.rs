@@ -48,27 +48,27 @@ choice! {
     /// The methods.
     #[derive(Default, Hash, PartialOrd, Ord)]
     pub enum MethodName {
-        /// The paper's, slow decay.
+        /// The paper's line pulses whose current decays slowly, through the zero vector.
         LineInductance = "line-inductance",
-        /// The paper's, fast decay.
+        /// The paper's line pulses whose current decays fast, through the diodes.
         LineInductanceFast = "line-inductance-fast" default,
-        /// Voltage vectors all around, then ever closer to the best.
+        /// Voltage vectors in all directions, then in ever smaller steps around the one with the largest current.
         Subdivision = "subdivision",
         /// Rotating high-frequency injection.
         HfiRotating = "hfi-rotating",
         /// Pulsating high-frequency injection.
         HfiPulsating = "hfi-pulsating",
-        /// The rotor is turned to a known angle.
+        /// A direct current that turns the rotor to a known angle.
         DcAlignment = "dc-alignment",
-        /// Line pulses both ways, sensors calibrated on the way.
+        /// Line pulses in both directions, which also compare the sensors' gains.
         Bipolar = "bipolar",
-        /// The most likely angle from all samples.
+        /// Line pulses in both directions, and the most likely angle from all their samples.
         MaximumLikelihood = "maximum-likelihood",
-        /// The same with pulses that grow until all is certain enough.
+        /// Maximum likelihood with pulses that grow until angle and pole are certain enough.
         MaximumLikelihoodAdaptive = "maximum-likelihood-adaptive",
-        /// Line pulses both ways, read from the voltage of the terminal that floats.
+        /// Line pulses in both directions, and the voltage of the floating terminal.
         OpenTerminal = "open-terminal",
-        /// One leg against two in six directions: the time to a comparator's threshold.
+        /// Pulses in six directions, one leg against two, and the time to a comparator's threshold.
         SixPulse = "six-pulse",
     }
 }

@@ -32,18 +32,18 @@ pub struct RangeSpec {
     /// The first value, such as `"0 mA"` or `5`.
     #[schemars(with = "NumberOrText")]
     pub from: Value,
-    /// The last, in a unit of the same dimension.
+    /// The last value, in a unit of the same dimension.
     #[schemars(with = "NumberOrText")]
     pub to: Value,
     /// Number of values of a grid, both ends included. Other designs spread all their points over the range.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<usize>,
-    /// True if neighbours have the same ratio instead of the same difference.
+    /// True for a geometric range: neighbouring values have the same ratio instead of the same difference.
     #[serde(default)]
     pub log: bool,
 }
 
-/// For the schema alone.
+/// A number or a text; used only in the schema.
 #[derive(JsonSchema)]
 #[schemars(untagged)]
 #[expect(dead_code, reason = "it describes what a TOML value may be here")]

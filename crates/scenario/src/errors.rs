@@ -60,7 +60,7 @@ fn devices(kind: DeviceKind, rated_current: f64) -> Devices {
 }
 
 choice! {
-    /// How good drive and sensors are.
+    /// Set of errors of drive and sensors.
     #[derive(Default)]
     pub enum ErrorSet {
         /// Ideal switches without dead time, idle legs without current, exact sensors. The remaining error is that of

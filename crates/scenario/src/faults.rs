@@ -36,7 +36,7 @@ choice! {
         B = "b",
         /// Phase c.
         C = "c",
-        /// One of the three, which each trial draws.
+        /// One of the three phases, drawn in each trial.
         Any = "any" default,
     }
 }
@@ -74,22 +74,22 @@ pub struct FaultTable {
     /// The phase, leg or sensor; without it, each trial draws one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<Named<FaultPlace>>,
-    /// The size, such as `"2 Ω"`, or a list of two between which each trial draws one. Its unit is that of the mode.
+    /// The size in the unit of the mode, such as `"2 Ω"`, or a list of two sizes between which each trial draws one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub magnitude: Option<Between>,
-    /// Resistance in the path of `turns-shorted`, or a list of two between which each trial draws one; 0 Ω without it.
+    /// Resistance in the path of `turns-shorted`, or a list of two between which each trial draws one. Default: 0 Ω.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resistance: Option<Between>,
-    /// Coupling of the turns of `turns-shorted` with their phase, or a list of two between which each trial draws one; 0.9 without it.
+    /// Coupling of the turns of `turns-shorted` with their phase, or a list of two between which each trial draws one. Default: 0.9.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coupling: Option<Between>,
-    /// Number of the detection's command, from 1, from whose begin `onset` counts, or a list of two between which each trial draws one.
+    /// Number of the detection's command, from 1, from whose start `onset` counts, or a list of two between which each trial draws one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub command: Option<Between>,
-    /// Time after the start of the detection, or of `command`, at which it breaks. Without both, before the detection.
+    /// Time after the start of the detection, or of `command`, at which the fault begins. Without both keys, it exists before the detection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub onset: Option<Between>,
-    /// Time after which it is whole again, as an intermittent contact. Without it, it stays broken.
+    /// Time after which the fault ends, as with an intermittent contact. Without this key, it does not end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lasts: Option<Quantity<Second>>,
 }

@@ -123,8 +123,8 @@ pub(crate) trait Table {
 }
 
 table! {
-    /// How narrow the 95 % intervals must be for a point to end; all that are given count. They are looked at when 100
-    /// trials are done, and again each time a quarter more are, so that a run ends with the same trial on any machine.
+    /// Widths of the 95 % intervals at which a point ends; every key that is set must be met. They are checked after 100
+    /// trials and after each further quarter of the trials, so that a run ends with the same trial on any machine.
     #[derive(Copy)]
     pub struct StopTable = "stop_at" of scenario {
         /// Half the interval of the rms error, as a share of the rms error.
@@ -145,7 +145,7 @@ impl StopTable {
 const TOP: &[Key] = &[
     Key::of(
         "errors",
-        "How good drive and sensors are, as far as the tables below do not say otherwise.",
+        "Set of errors of drive and sensors, for all keys that the tables below do not set.",
         <Named<ErrorSet> as Written>::values,
     ),
     Key {

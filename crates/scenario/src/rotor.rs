@@ -21,7 +21,7 @@ choice! {
 }
 
 choice! {
-    /// Memory of the stator's iron at the start, where the motor's data sheet has a hysteresis.
+    /// Magnetisation of the stator's iron at the start, for motors whose data sheet has a `[hysteresis]`.
     #[derive(Default)]
     pub enum Memory {
         /// No remanence: the iron was demagnetised with the rotor at its initial angle.

@@ -20,31 +20,31 @@ use super::named::Named;
 use super::tolerances::Tolerance;
 use crate::{ErrorSet, FaultTable};
 
-/// A scenario: motor, drive, sensors, rotor, detector, how many trials.
+/// A scenario: motor, drive, sensors, rotor, detector, number of trials.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScenarioFile {
-    /// A built-in motor's name, the path of a data sheet (.toml), or a table: a data sheet in place, or what differs from
-    /// the motor that its key `base` names.
+    /// A built-in motor's name, the path of a data sheet (.toml), or a table: a data sheet in place, or only
+    /// the values that differ from those of the motor that its key `base` names.
     #[serde(default)]
     pub motor: MotorSpec,
-    /// How good drive and sensors are, as far as the tables below do not say otherwise.
+    /// Set of errors of drive and sensors, for all keys that the tables below do not set.
     #[serde(default)]
     pub errors: Named<ErrorSet>,
-    /// How many trials, or how many at each point of the axes.
+    /// Number of trials, at each point if there are axes.
     #[serde(default = "trials")]
     pub trials: u64,
     /// Seed of all random numbers.
     #[serde(default = "seed", with = "super::seed")]
     #[schemars(with = "super::seed::SeedSchema")]
     pub seed: u64,
-    /// How narrow the intervals must be for a point to end before all its trials are done.
+    /// Widths of the 95 % intervals at which a point ends before all its trials are done.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stop_at: StopTable,
-    /// The angle error whose exceedance is counted, wrong poles included. Without it, 2°.
+    /// Angle error in degrees: trials with a larger error, wrong poles included, are counted. Default: 2°.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit: Option<Quantity<Degree>>,
-    /// The rotor and what pulls at it.
+    /// The rotor: its motion, load and temperatures.
     #[serde(default, skip_serializing_if = "is_default")]
     pub rotor: RotorTable,
     /// The inverter and its DC link.
@@ -59,7 +59,7 @@ pub struct ScenarioFile {
     /// Faults of motor, inverter, sensors and software, with which the trials run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<FaultTable>,
-    /// The class of Python that `detector.python` names, if the program that runs the trials has it.
+    /// The Python class that `detector.python` names, if the program that runs the trials has it.
     #[serde(skip)]
     pub(super) hosted: Option<Arc<dyn Provider>>,
     /// Keys that are varied, such as `"sensors.noise"`.
@@ -68,7 +68,7 @@ pub struct ScenarioFile {
     /// The points of the axes that are run.
     #[serde(default, skip_serializing_if = "is_default")]
     pub design: DesignTable,
-    /// Keys whose value each trial draws.
+    /// Keys whose value each trial draws from a distribution.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub tolerances: IndexMap<String, Tolerance>,
 }

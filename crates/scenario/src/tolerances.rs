@@ -16,13 +16,13 @@ pub struct Tolerance {
     /// Standard deviation of a normal distribution, such as `"5 %"` or `"2 mA"`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normal: Option<String>,
-    /// Half the width of a uniform distribution.
+    /// Half the width of a uniform distribution, such as `"5 %"` or `"2 mA"`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub uniform: Option<String>,
-    /// Standard deviations beyond which a normal distribution is cut off.
+    /// Number of standard deviations at which a normal distribution is truncated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truncated: Option<f64>,
-    /// The middle, where it is not the value in the scenario.
+    /// Mean of the distribution. Default: the value in the scenario.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mean: Option<String>,
 }

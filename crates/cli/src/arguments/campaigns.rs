@@ -23,7 +23,7 @@ const MOST_TRIALS: u64 = 100_000_000_000;
 /// Largest number of trials at one value of a key (`require`), or of one failure mode (`faults`).
 pub const MOST_AT_A_VALUE: u64 = 100_000_000;
 
-/// How many trials, and which.
+/// Number and selection of trials.
 #[derive(Debug, Args)]
 pub struct Amount {
     /// Trials at each point [default: the scenario's]
@@ -47,7 +47,7 @@ pub struct Run {
     pub amount: Amount,
     #[command(flatten)]
     pub results: Results,
-    /// What is kept of the trials: `all`, a row of each, or `none` but the statistics, for runs of a billion trials
+    /// Rows to keep: `all`, one of each trial, or `none`, only statistics, for runs of a billion trials
     #[arg(long, value_enum, default_value_t = Rows::All)]
     pub rows: Rows,
     /// Go on with a run that was interrupted, or one that had fewer --trials; from the start if there is none
@@ -56,7 +56,7 @@ pub struct Run {
     /// Only this part of the trials, such as 3/8; `standstill merge` puts the parts together
     #[arg(long, value_name = "I/N", value_parser = shard, default_value = "1/1", hide_default_value = true)]
     pub shard: Shard,
-    /// Worker threads [default: one per core]; the results do not depend on it
+    /// Number of worker threads [default: one per core]; the results do not depend on it
     #[arg(long, value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
     /// Run a library in processes of its own: a crash, an exit or a call longer than detector.call_timeout costs that trial alone
@@ -64,10 +64,10 @@ pub struct Run {
     pub isolate: bool,
 }
 
-/// Where results go and what they are like.
+/// Folder and format of the results.
 #[derive(Debug, Args)]
 pub struct Results {
-    /// Folder for the files; made if it does not exist
+    /// Folder for the files, created if it does not exist
     #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
     /// Format of the trials' file; `npz`: a NumPy archive, `mat`: a MATLAB file
@@ -114,7 +114,7 @@ pub struct Question {
     pub keys: Keys,
     #[command(flatten)]
     pub seed: Seed,
-    /// Folder for table, figure and page; made if it does not exist [default: standstill-out/SCENARIO-COMMAND; with --json
+    /// Folder for table, figure and page, created if it does not exist [default: standstill-out/SCENARIO-COMMAND; with --json
     /// none]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -128,7 +128,7 @@ pub struct Question {
     /// Print JSON; files are written only with --out
     #[arg(long)]
     pub json: bool,
-    /// Worker threads [default: one per core]; the results do not depend on it
+    /// Number of worker threads [default: one per core]; the results do not depend on it
     #[arg(long, value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
 }
@@ -137,7 +137,7 @@ pub struct Question {
 pub struct Odds {
     #[command(flatten)]
     pub question: Question,
-    /// What may happen: wrong-pole, wrong-evidence (readings that speak for the wrong pole, enough or not), undetermined,
+    /// The event: wrong-pole, wrong-evidence (readings in favour of the wrong pole, enough or not), undetermined,
     /// failed, `|e| > 3 deg` (the axis is off by more; of all starts), `moved > 1 deg`, `peak_current > 8 A`
     #[arg(long, value_name = "EVENT")]
     pub event: Event,
@@ -157,7 +157,7 @@ pub struct Faults {
     /// When faults begin; repeat it for several [default: each that a mode can]
     #[arg(long, value_name = "WHEN", value_parser = choice::<Begins>())]
     pub begins: Vec<Begins>,
-    /// Study each two of the modes at once, too
+    /// Also study each pair of modes at once
     #[arg(long)]
     pub pairs: bool,
     /// Method; repeat it for several [default: the scenario's]
@@ -205,14 +205,14 @@ pub struct Budget {
 pub struct Require {
     #[command(flatten)]
     pub question: Question,
-    /// The key whose largest or smallest value is looked for, such as `sensors.noise`; two for their trade-off curve
+    /// The key whose largest or smallest value is searched, such as `sensors.noise`; two for their trade-off curve
     #[arg(long, value_name = "KEY", required = true)]
     pub key: Vec<String>,
-    /// What must hold, such as `rms <= 1 deg, unanswered <= 0.1 %`: rms, p95, p99, P(|e| > X) (the angle is off by more, of all
+    /// Limits that must hold, such as `rms <= 1 deg, unanswered <= 0.1 %`: rms, p95, p99, P(|e| > X) (the angle is off by more, of all
     /// starts), wrong_poles, unanswered, moved, duration, peak_current. Starts without an answer count against each
     #[arg(long, value_name = "LIMITS")]
     pub limit: Limits,
-    /// Where to look, such as `1 mA:50 mA`; of two keys once for each [default: 30 times the scenario's value either way]
+    /// Range of the search, such as `1 mA:50 mA`; of two keys once for each [default: 30 times the scenario's value either way]
     #[arg(long, value_name = "FROM:TO", allow_hyphen_values = true)]
     pub between: Vec<String>,
     /// Trials at one value at most [default: 300000]
@@ -224,14 +224,14 @@ pub struct Require {
 pub struct Tune {
     #[command(flatten)]
     pub question: Question,
-    /// A key to be set, and from where to where, such as `detector.pulse=50us:400us` or `detector.rounds=1:12`; any number of
+    /// A key to be tuned, and its range, such as `detector.pulse=50us:400us` or `detector.rounds=1:12`; any number of
     /// times
     #[arg(long, value_name = "KEY=LOW:HIGH", value_parser = assignment, required = true)]
     pub vary: Vec<(String, String)>,
-    /// What is to be small: rms, p95, p99, P(|e| > X), wrong_poles, unanswered, moved, duration, peak_current
+    /// The measure to minimise: rms, p95, p99, P(|e| > X), wrong_poles, unanswered, moved, duration, peak_current
     #[arg(long, value_name = "MEASURE")]
     pub minimise: Measure,
-    /// What must hold, such as `moved <= 0.1 deg, unanswered <= 0.1 %`; `duration <= start`: no more than with the scenario's own
+    /// Limits that must hold, such as `moved <= 0.1 deg, unanswered <= 0.1 %`; `duration <= start`: no more than with the scenario's own
     /// settings. Starts without an answer count against each
     #[arg(long, value_name = "LIMITS")]
     pub subject_to: Option<Subject>,
@@ -241,7 +241,7 @@ pub struct Tune {
     /// Trials at the last settings; those before have fewer [default: 20000, more where a limit needs it]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1_000..=100_000_000))]
     pub trials: Option<u32>,
-    /// Places that the search begins from, the scenario's own settings among them [default: 6]
+    /// Number of starting points of the search, one of them the scenario's own settings [default: 6]
     #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1000))]
     pub starts: Option<u16>,
 }
@@ -265,10 +265,10 @@ pub struct Explain {
     /// Only of this point of the axes, from 0 as in summary.json [default: of all; of --trial the first]
     #[arg(long, value_name = "P", value_parser = whole::<usize>(0..=u64::MAX))]
     pub point: Option<usize>,
-    /// Folder from which the scenario's paths go, of a motor's data sheet, say [default: this folder]
+    /// Folder to which paths in the scenario, such as a motor's data sheet, are relative [default: this folder]
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
-    /// Folder for table, figures and page; made if it does not exist [default: one of these trials' own in `explain` in the run's folder; with --json none]
+    /// Folder for table, figures and page, created if it does not exist [default: one of these trials' own in `explain` in the run's folder; with --json none]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -293,7 +293,7 @@ pub struct Report {
     pub folder: PathBuf,
     /// Folder of a second run, which is compared with the first: trial by trial where they share the seed
     pub second: Option<PathBuf>,
-    /// Folder for the files; made if it does not exist [default: `report` in the first run's folder; with --json none]
+    /// Folder for the files, created if it does not exist [default: `report` in the first run's folder; with --json none]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -326,7 +326,7 @@ pub struct Completions {
 
 #[derive(Debug, Args)]
 pub struct Man {
-    /// Folder for the pages; made if it does not exist
+    /// Folder for the pages, created if it does not exist
     #[arg(long, value_name = "DIR", default_value = "standstill-out/man")]
     pub out: PathBuf,
 }
@@ -353,7 +353,7 @@ pub struct Status {
 pub struct Bounds {
     #[command(flatten)]
     pub source: Source,
-    /// Rotor angles at which the limit is computed, evenly spread; numbers without a factor of six see more
+    /// Number of rotor angles, evenly spread, at which the limit is computed; one that shares no factor with six covers more cases
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = whole::<u16>(1..=3600))]
     pub angles: u16,
     #[command(flatten)]
@@ -361,7 +361,7 @@ pub struct Bounds {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
-    /// Worker threads [default: one per core]; the results do not depend on it
+    /// Number of worker threads [default: one per core]; the results do not depend on it
     #[arg(long, value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
 }

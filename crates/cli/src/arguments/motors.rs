@@ -17,7 +17,7 @@ pub struct Fmu {
     pub motor: String,
     #[command(flatten)]
     pub keys: Keys,
-    /// How good drive and sensors are [key: errors; without a scenario: default]
+    /// Set of errors of drive and sensors [key: errors; without a scenario: default]
     #[arg(long, value_parser = choice::<ErrorSet>())]
     pub errors: Option<ErrorSet>,
     /// Whether the rotor can move [key: rotor.state; without a scenario: locked]
@@ -25,8 +25,8 @@ pub struct Fmu {
     pub rotor: Option<Rotor>,
     #[command(flatten)]
     pub seed: Seed,
-    /// What is inside: `drive`, inverter with motor and sensors, legs in and samples out; or `motor` alone, voltages in, currents
-    /// and torque out
+    /// Contents: `drive`, inverter with motor and sensors, whose inputs are legs and outputs are samples; or `motor` alone, with voltages as
+    /// inputs, currents and torque as outputs
     #[arg(long, value_name = "PART", value_enum, default_value_t = FmuPart::Drive)]
     pub part: FmuPart,
     /// Version of FMI: 2, which every tool imports, or 3, with a clock for the PWM period
@@ -41,7 +41,7 @@ pub struct Fmu {
     /// Replace another FMU of that name; without it, it stays
     #[arg(long)]
     pub force: bool,
-    /// A shared library that goes into it; once for each kind of machine that it is to run on [default: the one beside the program,
+    /// A shared library to include, once for each kind of machine [default: the one beside the program,
     /// and those of the folder fmu-binaries there]
     #[arg(long, value_name = "FILE")]
     pub binary: Vec<PathBuf>,
@@ -70,16 +70,16 @@ pub struct Magnetics {
     /// Whether a flux map has peak values (amplitude-invariant) or rms values of currents and fluxes [default: peak]
     #[arg(long, value_name = "VALUES", value_parser = map_values)]
     pub values: Option<MapValues>,
-    /// What the columns of a flux map as text are, in place of its header, `-` for others: `i_d_A,i_q_A,-,psi_d_mWb,psi_q_mWb`
+    /// Columns of a flux map as text, in place of its header, `-` for others: `i_d_A,i_q_A,-,psi_d_mWb,psi_q_mWb`
     #[arg(long, value_name = "NAMES")]
     pub columns: Option<String>,
-    /// Continue a flux map that has one side of the d-axis only as cores do that are fitted to it (`fitted`)
+    /// Continue a flux map that has only one side of the d-axis by cores fitted to it (`fitted`)
     #[arg(long, value_name = "HOW", value_parser = ["fitted"])]
     pub beyond: Option<String>,
-    /// Largest current in A [default: the rated current, or what the map covers]
+    /// Largest current in A [default: the rated current, or the map's range]
     #[arg(long, value_name = "A", value_parser = amperes(), allow_hyphen_values = true)]
     pub current: Option<f64>,
-    /// Folder for the files; made if it does not exist
+    /// Folder for the files, created if it does not exist
     #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
     #[command(flatten)]
@@ -94,22 +94,22 @@ pub struct Magnetics {
 #[derive(Debug, Args)]
 pub struct Fit {
     /// Traces (.csv) of one or several pulses from rest, with the columns t_s, i_a_A, i_b_A, i_c_A (one may be missing) or i_link_A (of a
-    /// shunt in the DC link), u_dc_V, and leg_a, leg_b, leg_c: what the legs are asked for, off, low or high; angle_deg, the rotor's
-    /// electrical angle as an encoder has it, may be there
+    /// shunt in the DC link), u_dc_V, and leg_a, leg_b, leg_c: the requests to the legs, off, low or high; angle_deg, the
+    /// rotor's electrical angle from an encoder, is optional
     #[arg(required = true)]
     pub traces: Vec<PathBuf>,
-    /// A trace (.csv) that the fit does not see: its currents are predicted with what the fit found, and what they differ by is
-    /// printed; any number of times
+    /// A trace (.csv) that is not fitted: its currents are predicted with the fitted values, and the differences are printed; any
+    /// number of times
     #[arg(long, value_name = "TRACE.csv")]
     pub predict: Vec<PathBuf>,
-    /// A motor like the one measured, a built-in's name or a data sheet's path (.toml): what the fit begins with, and what the
-    /// traces do not tell [default: none]
+    /// A motor like the measured one, a built-in's name or a data sheet's path (.toml): start of the fit, and source of the values
+    /// that the traces do not determine [default: none]
     #[arg(long, value_name = "START")]
     pub motor: Option<String>,
-    /// What is known of the drive, such as `inverter.dead_time="1.5 us"`; any number of times [default: error set default]
+    /// A known value of the drive, such as `inverter.dead_time="1.5 us"`; any number of times [default: error set default]
     #[arg(short, long = "set", value_name = "KEY=VALUE", value_parser = scenario::assignment)]
     pub set: Vec<(String, String)>,
-    /// Folder for the files; made if it does not exist
+    /// Folder for the files, created if it does not exist
     #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
     #[command(flatten)]

@@ -17,10 +17,10 @@ pub struct Source {
     pub keys: Keys,
 }
 
-/// Keys in place of what the file has.
+/// Keys that replace those of the file.
 #[derive(Debug, Default, Args)]
 pub struct Keys {
-    /// Set a key of the scenario, such as `sensors.noise="20 mA"`, in place of what the file has; any number of times
+    /// Set a key of the scenario, such as `sensors.noise="20 mA"`, in place of the file's value; any number of times
     #[arg(short, long = "set", value_name = "KEY=VALUE", value_parser = assignment)]
     pub set: Vec<(String, String)>,
     /// A shared library that is the detector, as standstill.h declares it, in place of a method [key: detector.library]
@@ -34,7 +34,7 @@ pub struct Setup {
     /// A built-in motor's name, or a data sheet's path (.toml) [key: motor; without a scenario: paper-5k5]
     #[arg(long)]
     pub motor: Option<String>,
-    /// How good drive and sensors are [key: errors; without a scenario: default]
+    /// Set of errors of drive and sensors [key: errors; without a scenario: default]
     #[arg(long, value_parser = choice::<ErrorSet>())]
     pub errors: Option<ErrorSet>,
     /// Whether the rotor can move: locked, free, or held by a brake that lets it play (by the data sheet's backlash) [key:
@@ -58,7 +58,7 @@ pub struct Load {
     pub load: Option<f64>,
 }
 
-/// How warm the motor is: shorthands for keys, or of a motor that no scenario is about.
+/// Temperatures of the motor: shorthands for keys, or for a motor without a scenario.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Temperatures {
     /// True temperature of the winding in °C, which the drive does not know [default: that of the data sheet]
@@ -89,10 +89,10 @@ pub struct Axes {
     /// Vary a key, in addition to the scenario's axes: `KEY=FROM:TO:N`, `KEY=FROM:TO:N:log` or `KEY=A,B,C`
     #[arg(long, value_name = "KEY=VALUES", value_parser = assignment)]
     pub vary: Vec<(String, String)>,
-    /// How points are chosen from the axes [default: the scenario's, or grid]
+    /// Choice of points from the axes [default: the scenario's, or grid]
     #[arg(long, value_parser = choice::<DesignKind>())]
     pub design: Option<DesignKind>,
-    /// How many points, for a design that is no grid
+    /// Number of points, for a design other than a grid
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=10_000_000))]
     pub points: Option<u32>,
 }

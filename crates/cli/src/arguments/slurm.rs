@@ -13,7 +13,7 @@ use super::values::{OUT, choice, whole};
 pub struct Slurm {
     /// Scenario file (.toml)
     pub scenario: PathBuf,
-    /// How many shards, which are the tasks of a job array
+    /// Number of shards, which are the tasks of a job array
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1_000_000))]
     pub shards: u32,
     /// Processors of each task, and threads
@@ -31,7 +31,7 @@ pub struct Slurm {
     pub axes: Axes,
     #[command(flatten)]
     pub amount: Amount,
-    /// What is kept of the trials
+    /// Rows of trials to keep
     #[arg(long, value_enum, default_value_t = Rows::All)]
     pub rows: Rows,
     /// Run a library in processes of its own: a crash, an exit or a call longer than detector.call_timeout costs that trial alone

@@ -14,7 +14,7 @@ use standstill_scenario::FaultMode;
 /// command.
 pub const OUT: &str = "standstill-out/SCENARIO-COMMAND";
 
-/// Whether what is there may go.
+/// Whether existing results may be replaced.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Force {
     /// Replace the results of another run in that folder; without it, they stay, and nothing is run

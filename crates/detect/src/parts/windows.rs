@@ -50,7 +50,7 @@ choice! {
         Settle = "sensors.settle",
         /// What edges add to readings takes so long to decay.
         PickUp = "sensors.pick_up_decay",
-        /// A leg moves by so much later than it is told to.
+        /// A leg switches later than the request by this time.
         DeadTime = "inverter.dead_time",
         /// A reading is the mean of several conversions.
         Oversampling = "sensors.oversampling",

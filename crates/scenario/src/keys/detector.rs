@@ -66,25 +66,25 @@ macro_rules! field {
 macro_rules! detector {
     ($($(#[doc = $about:literal])+ $key:ident = $name:ident: $unit:tt $([$($range:tt)*] because $reason:literal)?, as $example:literal;)+) => {
         table! {
-            /// The method and its settings. What is left out suits the motor; a setting that the method does not have is an error.
+            /// The method and its settings. A setting without a value is computed for the motor; one that the method does not have is an error.
             pub struct DetectorTable = "detector" of scenario {
                 /// The method.
                 method: Named<MethodName> {};
-                /// The pole that draws more current, as the detector assumes, right or wrong.
+                /// The pole that the detector assumes to draw more current.
                 signature: Named<Signature> { example: "\"normal\"" };
                 /// The rule by which poles are decided.
                 polarity: Named<PoleRule> { example: "\"sequential\"" };
                 $($(#[doc = $about])+ $name: field!($unit) { range: of_method(&keys::$key), example: $example };)+
                 /// Dead time that the detector assumes.
                 dead_time: Quantity<Second> { range: Some(TIME), example: "\"2 us\"" };
-                /// Longest time that a detection may take, in simulated time: one that is not done by then fails. Without it, 20 s.
+                /// Longest time of a detection, in simulated time: a longer one fails. Default: 20 s.
                 time_limit: Quantity<Second> [scenario.time_limit] {
                     range: Some(Range::new(1e-3, 1e3, "from 1 ms to 1000 s of simulated time", "a pulse takes a millisecond, no start 1000 s")),
                     example: "\"20 s\"",
                 };
-                /// A shared library that is the detector in place of a method, by its path: see docs/firmware.md.
+                /// Path of a shared library that is the detector in place of a method: see docs/firmware.md.
                 library: String { example: "\"./mine.so\"" };
-                /// A class of Python in place of a method, as `module.Class@digest`. `standstill.run(..., detector=Class)` writes it into the record
+                /// Python class that is the detector in place of a method, as `module.Class@digest`. `standstill.run(..., detector=Class)` writes it into the record
                 /// of its run, and runs it: see docs/python.md.
                 python: String {};
                 /// With --isolate, the longest time that a call of the library may take on the clock. Without it, 1 s.

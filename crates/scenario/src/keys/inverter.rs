@@ -23,7 +23,7 @@ const SLOWEST_RIPPLE: &str = "from 0.1 Hz to 100 kHz: a rectifier's ripple has s
 table! {
     /// The inverter and its DC link.
     pub struct InverterTable = "inverter" of scenario {
-        /// Voltage of the DC link. Without it, the motor's.
+        /// Voltage of the DC link. Default: the nominal one of the motor's data sheet.
         dc_link: Quantity<Volt> [scenario.drive.link.voltage] {
             range: Some(Range::new(1e-3, 1e6, "at least 1 mV, at most 1 MV", "a device alone drops a thousand times the least; links that carry power over land have less than the most")),
             usual: Some((5.0, Usual::NominalLink)), example: "\"550 V\"",
@@ -36,7 +36,7 @@ table! {
         ripple_frequency: Quantity<Hertz> [scenario.drive.link.ripple_frequency] {
             range: Some(Range::new(0.1, 1e5, SLOWEST_RIPPLE, "a trial follows each period")), example: "\"300 Hz\"",
         };
-        /// Capacitor of the DC link; 0: none, the link has the source's voltage at any current.
+        /// Capacitance of the DC link; 0: none, the link has the source's voltage at any current.
         capacitance: Quantity<Farad> {
             range: Some(Range::new(0.0, 1e3, "from 0 to 1000 F", "a bank of supercapacitors has less")),
             get: |scenario| Some(number(scenario.drive.link.storage.map_or(0.0, |storage| storage.capacitance))),
@@ -54,7 +54,7 @@ table! {
             get: |scenario| Some(number(scenario.drive.link.sag.map_or(0.0, |sag| sag.depth))),
             example: "\"20 %\"",
         };
-        /// Start of the sag, after the start of the detection. Without it, at once.
+        /// Start of the sag, after the start of the detection. Default: 0.
         sag_start: Quantity<Second> {
             range: Some(Range::new(0.0, LONGEST, "from 0 to 20 s", "no detection takes longer than 20 s by itself")),
             get: |scenario| Some(number(scenario.drive.link.sag.map_or(0.0, |sag| sag.start))),
@@ -81,7 +81,7 @@ table! {
             get: |scenario| Some(number(1.0 / scenario.drive.carrier_period.seconds())),
             example: "\"10 kHz\"",
         };
-        /// Kind of the switches. Without it, MOSFETs where the motor's DC link is at most 60 V, else IGBTs.
+        /// Kind of the switches. Default: MOSFETs if the motor's nominal DC-link voltage is at most 60 V, else IGBTs.
         devices: Named<DeviceKind> {
             get: |scenario| Some(scenario.drive.bridge.devices.kind.name().into()),
             example: "\"igbt\"",
@@ -127,7 +127,7 @@ table! {
             applies: |scenario| scenario.drive.bridge.terminal_capacitance > 0.0,
             example: "\"1 kΩ\"",
         };
-        /// Behaviour of a leg with both switches off. Where terminals have a capacitance its diodes conduct, in every error set.
+        /// Behaviour of a leg with both switches off. If terminals have a capacitance, its diodes conduct in every error set.
         open_leg: Named<OpenLeg> {
             get: |scenario| Some(scenario.drive.bridge.open_leg.name().into()),
             example: "\"diodes\"",

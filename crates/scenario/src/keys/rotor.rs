@@ -11,7 +11,7 @@ use crate::named::Named;
 use crate::rotor::{Memory, Rotor};
 
 table! {
-    /// The rotor and what pulls at it.
+    /// The rotor: its motion, load and temperatures.
     pub struct RotorTable = "rotor" of scenario {
         /// Motion of the rotor: held, free, or free within the play of a brake.
         state: Named<Rotor> {
@@ -24,7 +24,7 @@ table! {
             draws: Some((Purpose::Backlash, 0..1)),
             drawn: |scenario| matches!(scenario.rotor, RotorState::Braked(_)),
         };
-        /// Electrical angle at the start, one for all trials. Without it each trial draws its own, uniformly.
+        /// Electrical angle at the start, the same in all trials. Without it, each trial draws its angle from a uniform distribution.
         angle: Quantity<Degree> {
             range: Some(Range::new(-360.0, 360.0, "from -360 deg to 360 deg, electrical", "more than a turn is a mistake")),
             get: |scenario| scenario.start_angle.map(|angle| number(angle.to_degrees())),
@@ -36,13 +36,13 @@ table! {
             applies: |scenario| scenario.rotor != RotorState::Locked,
             example: "\"2 N m\"",
         };
-        /// Speed of the shaft at the start, forwards or backwards: of a rotor that coasts ("free") or is "driven".
+        /// Speed of the shaft at the start, negative if backwards, of a rotor that coasts ("free") or is "driven".
         speed: Quantity<RevolutionsPerMinute> [scenario.start_speed] {
             range: Some(Range::new(-1e5, 1e5, "from -100000 rpm to 100000 rpm", "the fastest machines have as much")),
             applies: |scenario| matches!(scenario.rotor, RotorState::Free | RotorState::Driven),
             example: "\"10 rpm\"",
         };
-        /// Acceleration of the shaft of a rotor that is "driven": `speed` is that at the start.
+        /// Constant acceleration of the shaft of a rotor that is "driven"; `speed` is its speed at the start.
         acceleration: Quantity<RevolutionsPerMinuteSecond> [scenario.acceleration] {
             range: Some(Range::new(-1e7, 1e7, "from -10000000 rpm/s to 10000000 rpm/s", "a rotor of a gram's weight has as much at rated torque")),
             applies: |scenario| scenario.rotor == RotorState::Driven,

@@ -110,12 +110,12 @@ table! {
             set: Some(|scenario, corner| scenario.sensors.bandwidth = (corner > 0.0).then_some(corner)),
             example: "\"200 kHz\"",
         };
-        /// Largest deviation that a specimen's corner frequencies have in common, uniform, either way.
+        /// Largest deviation that all corner frequencies of a specimen have in common, either way; uniform distribution.
         bandwidth_tolerance: Quantity<Share> [scenario.sensors.bandwidth_tolerance] {
             range: Some(SPREAD), draws: Some((Purpose::Bandwidth, 0..1)), drawn: has_filters,
             example: "\"20 %\"",
         };
-        /// Largest deviation of each phase's corner frequency beside the common one, uniform, either way.
+        /// Largest deviation of each phase's corner frequency in addition to the common one, either way; uniform distribution.
         bandwidth_mismatch: Quantity<Share> [scenario.sensors.bandwidth_mismatch] {
             range: Some(SPREAD), draws: Some((Purpose::Bandwidth, 1..4)), drawn: has_filters,
             example: "\"3 %\"",
@@ -124,7 +124,7 @@ table! {
         skew: Quantity<Second> [scenario.sensors.skew] {
             range: Some(Range::new(0.0, 1e-4, SKEW, "the next sample waits")), example: "\"0.5 us\"",
         };
-        /// Conversions of each sample, of which a reading is the mean; codes are their sum.
+        /// Number of conversions per sample: a reading is their mean, a code their sum.
         oversampling: Quantity<One> {
             range: Some(Range::new(1.0, 64.0, "a whole number from 1 to 64: converters average no more by themselves", "converters average no more by themselves").whole()),
             get: |scenario| Some(number(scenario.sensors.oversampling.into())), example: "4",
@@ -140,13 +140,13 @@ table! {
             range: Some(Range::new(0.0, 1e-3, SETTLE, "amplifiers settle within a millisecond")),
             applies: |scenario| scenario.sensors.arrangement.follows_legs(), example: "\"4 us\"",
         };
-        /// Slew rate of the shunts' amplifiers: the fastest change of their output, which jumps of the current exceed; 0: no limit.
+        /// Slew rate of the shunts' amplifiers: the fastest change of their output, as a current per time; 0: no limit.
         slew: Quantity<AmperePerSecond> [scenario.sensors.slew] {
             range: Some(Range::new(0.0, 1e15, SLEW, "amplifiers follow the current of a winding").or_from(1e3)),
             applies: |scenario| scenario.sensors.arrangement.follows_legs(), example: "\"5 MA/s\"",
         };
-        /// Time constant with which the capacitors of the current converters follow the sensors between conversions, through the resistance in
-        /// front of them; 0: at once.
+        /// Time constant with which the sampling capacitors of the current converters follow the sensors between conversions, through the
+        /// resistance in front of them; 0: they follow at once.
         acquisition: Quantity<Second> [scenario.sensors.acquisition] {
             range: Some(Range::new(0.0, 1e-4, ACQUISITION, "a capacitor follows a sensor faster than a pulse lasts").or_from(1e-9)),
             applies: reads_currents, example: "\"100 ns\"",
@@ -171,18 +171,18 @@ table! {
             applies: |scenario| scenario.sensors.pick_up.is_some(),
             example: "\"5 MHz\"",
         };
-        /// Lowest current of the current converters' range, for amplifiers of one direction; as far below zero as `range` is above it unless set.
+        /// Lowest current of the current converters' range, for amplifiers of one direction. Default: minus `range`.
         range_low: Quantity<Ampere> {
             range: Some(Range::new(-1e6, 0.0, "from -1e6 A to 0 A", "a reading without current lies within the range")),
             get: |scenario| scenario.sensors.adc.map(|adc| number(adc.low)), example: "\"-0.5 A\"",
         };
-        /// Range of the current converters, either way.
+        /// Largest current of the current converters' range.
         range: Quantity<Ampere> {
             range: Some(POSITIVE), get: |scenario| scenario.sensors.adc.map(|adc| number(adc.high)), example: "\"20 A\"",
         };
-        /// Bits of the current converters; 0: nothing is rounded, the range stays.
+        /// Bits of the current converters; 0: readings are limited to the range, but not rounded.
         bits: Quantity<One> { range: Some(BITS), get: |scenario| Some(bits(scenario.sensors.adc)), example: "12" };
-        /// Largest deviation of a trigger's instant, uniform, either way.
+        /// Largest deviation of a trigger's instant, either way; uniform distribution.
         jitter: Quantity<Second> [scenario.sensors.jitter] {
             range: Some(TIME), usual: Some((0.2, Usual::Carrier)), draws: Some((Purpose::Jitter, EACH)), example: "\"50 ns\"",
         };
@@ -206,7 +206,7 @@ table! {
         dc_link_range: Quantity<Volt> {
             range: Some(POSITIVE), get: |scenario| scenario.sensors.dc_link.adc.map(|adc| number(adc.high)), example: "\"1000 V\"",
         };
-        /// Bits of the DC link's converter; 0: nothing is rounded, the range stays.
+        /// Bits of the DC link's converter; 0: readings are limited to the range, but not rounded.
         dc_link_bits: Quantity<One> {
             range: Some(BITS), get: |scenario| Some(bits(scenario.sensors.dc_link.adc)), example: "12",
         };
@@ -249,12 +249,12 @@ table! {
             range: Some(POSITIVE), applies: has_dividers,
             get: |scenario| scenario.sensors.terminal.and_then(|of| of.adc).map(|adc| number(adc.high)), example: "\"1000 V\"",
         };
-        /// Bits of the converters of the terminals' voltages; 0: nothing is rounded, the range stays.
+        /// Bits of the converters of the terminals' voltages; 0: readings are limited to the range, but not rounded.
         terminal_bits: Quantity<One> {
             range: Some(BITS), applies: has_dividers,
             get: |scenario| scenario.sensors.terminal.map(|of| bits(of.adc)), example: "12",
         };
-        /// Resistance of each divider, which loads its terminal: it pulls idle terminals to the negative rail, and discharges their capacitance. 0: it loads nothing.
+        /// Resistance of each divider, which loads its terminal: it pulls idle terminals to the negative rail and discharges their capacitance. 0: no load.
         terminal_load: Quantity<Ohm> {
             range: Some(Range::new(0.0, 1e12, LOAD, "less would carry a motor's current").or_from(1.0)),
             get: |scenario| of_dividers(scenario, |of| of.resistance.unwrap_or(0.0)), applies: has_dividers,
@@ -267,23 +267,23 @@ table! {
         comparators: Named<Comparators> {
             get: |scenario| Some(scenario.sensors.comparator.arrangement.name().into()), applies: watches, example: "\"common\"",
         };
-        /// Tick of the timer that captures when a comparator trips. 0: there is none.
+        /// Tick of the timer that captures when a comparator trips. 0: no timer.
         timer: Quantity<Second> [scenario.sensors.comparator.timer] {
             // Draw 1 is the position of the timer within a tick when a pulse begins.
             range: Some(TICK), draws: Some((Purpose::CaptureTimer, 1..2)), drawn: captures, example: "\"0.32 us\"",
         };
-        /// Standard deviation of the clock of that timer.
+        /// Standard deviation of the frequency of that timer's clock, as a share.
         timer_error: Quantity<Share> [scenario.sensors.comparator.timer_error] {
             range: Some(CLOCK), draws: Some((Purpose::CaptureTimer, 0..1)), applies: captures, drawn: captures, example: "\"0.3 %\"",
         };
-        /// Current at which the comparators switch the drive off for good, as an overcurrent. 0: they do not.
+        /// Current at which the comparators switch the drive off until the end of the detection, as an overcurrent trip. 0: no trip.
         trip: Quantity<Ampere> [scenario.sensors.comparator.trip] { range: Some(NOT_NEGATIVE), example: "\"0 A\"" };
         /// Standard deviation of the offset of each comparator.
         comparator_offset: Quantity<Ampere> [scenario.sensors.comparator.offset] {
             range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::RatedCurrent)), draws: Some((Purpose::ComparatorOffset, 0..6)),
             applies: watches, drawn: watches, example: "\"40 mA\"",
         };
-        /// Mean time from the crossing of the threshold to gates and timer, which the drive knows.
+        /// Mean delay from the crossing of the threshold to gates and timer, which the drive knows.
         comparator_delay: Quantity<Second> [scenario.sensors.comparator.delay] {
             range: Some(DELAY), applies: watches, example: "\"200 ns\"",
         };
@@ -296,12 +296,12 @@ table! {
             range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::RatedCurrent)), draws: Some((Purpose::ComparatorNoise, EACH)),
             applies: captures, drawn: captures, example: "\"10 mA\"",
         };
-        /// Corner frequency of that noise; the comparator trips at the first crossing. 0: one value holds for the whole pulse.
+        /// Corner frequency of the noise at a comparator, which trips at the first crossing. 0: the noise has one value for the whole pulse.
         comparator_bandwidth: Quantity<Hertz> [scenario.sensors.comparator.noise_bandwidth] {
             range: Some(Range::new(0.0, 1e7, "from 0 to 10 MHz: a gate switches in whole nanoseconds", "gates switch in whole nanoseconds")),
             applies: captures, drawn: captures, example: "\"1 MHz\"",
         };
-        /// How long after the begin of each stage the comparators are ignored.
+        /// Time after the start of each stage for which the comparators are ignored.
         blanking: Quantity<Second> [scenario.sensors.comparator.blanking] {
             range: Some(DELAY), applies: watches, example: "\"1 us\"",
         };
@@ -309,11 +309,11 @@ table! {
         threshold_range: Quantity<Ampere> [scenario.sensors.comparator.range] {
             range: Some(POSITIVE), applies: coarse, example: "\"20 A\"",
         };
-        /// Bits of the converter that sets the threshold. 0: it is exact.
+        /// Bits of the converter that sets the threshold. 0: the threshold is exact.
         threshold_bits: Quantity<One> {
             range: Some(BITS), get: |scenario| Some(number(scenario.sensors.comparator.bits.into())), applies: captures, example: "10",
         };
-        /// Standard deviation of the resolver that stands for "measured angle" in traces.
+        /// Standard deviation of the resolver whose reading is the "measured angle" in traces.
         resolver_error: Quantity<Degree> {
             range: Some(NOT_NEGATIVE),
             get: |scenario| Some(number(scenario.sensors.resolver.error.to_degrees())),

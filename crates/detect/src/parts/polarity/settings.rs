@@ -12,14 +12,14 @@ use crate::parts::plausibility;
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 
 choice! {
-    /// Which of two opposite voltage vectors along the d-axis raises the larger current: a property of the motor's
+    /// The one of two opposite voltage vectors along the d-axis that raises the larger current: a property of the motor's
     /// magnetics, and the one thing about the poles that no measurement at standstill can tell.
     pub enum Signature {
-        /// The one towards north.
+        /// The vector towards the north pole.
         Normal = "normal",
-        /// The one towards south.
+        /// The vector towards the south pole.
         Inverted = "inverted",
-        /// Neither, or it depends on the current: no pole is named.
+        /// Neither, or it depends on the current: the detector gives no pole.
         None = "none",
     }
 }
