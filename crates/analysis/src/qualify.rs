@@ -95,7 +95,10 @@ impl Case {
 
     /// Returns the options that put the case into a scenario, as on the command line.
     pub fn options(&self) -> Vec<String> {
-        texts(&self.settings).into_iter().chain(self.fault.iter().flat_map(Entry::arguments)).collect()
+        let is_of_entry =
+            |key: &String| self.fault.iter().any(|entry| entry.keys.iter().any(|(of, _)| of == key));
+        let settings: Vec<_> = self.settings.iter().filter(|(key, _)| !is_of_entry(key)).cloned().collect();
+        texts(&settings).into_iter().chain(self.fault.iter().flat_map(Entry::arguments)).collect()
     }
 
     /// Returns the condition of a dangerous answer in words.
@@ -176,6 +179,25 @@ impl Case {
 fn texts(settings: &[(String, Value)]) -> Vec<String> {
     let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
     settings.iter().map(|(key, value)| format!("{key}={}", text(value))).collect()
+}
+
+/// Returns a number of trials that the file gives, or the error that it is out of range.
+fn trials(document: &Document, key: &str, given: Option<u64>) -> Result<Option<u64>, FileError> {
+    match given {
+        Some(trials) if !(list::FEWEST..=MOST_TRIALS).contains(&trials) => Err(document.refuse(
+            key,
+            &trials.to_string(),
+            &format!("a whole number from {} to {MOST_TRIALS}", list::FEWEST),
+        )),
+        given => Ok(given),
+    }
+}
+
+/// Returns true for a key of the fault with this number, such as `faults.0.onset`.
+fn is_of_fault(key: &str, number: usize) -> bool {
+    key.strip_prefix("faults.")
+        .and_then(|rest| rest.split_once('.'))
+        .is_some_and(|(n, _)| n == number.to_string())
 }
 
 /// Returns the number of trials of the next look after a look with this number of trials.

@@ -85,6 +85,32 @@ impl Entry {
         Self { modes: vec![mode], begins: Begins::Before, keys }
     }
 
+    /// Returns the entry with these keys in place of its own, or beside them.
+    ///
+    /// ```
+    /// use std::path::Path;
+    /// use standstill_analysis::faults::Entry;
+    /// use standstill_scenario::{Document, FaultMode, Plan};
+    ///
+    /// let plan = Plan::new(Document::parse(Path::new("s.toml"), "motor = \"paper-5k5\"")?)?;
+    /// let weak = Entry::usual(FaultMode::ContactResistance, &plan.scenario(0)?, 0);
+    /// let keys = [("faults.0.magnitude", "2 ohm"), ("faults.0.onset", "1 ms")];
+    /// let own = weak.with(keys.map(|(key, value)| (key.to_owned(), value.into())));
+    /// let words = ["faults.0.mode=contact-resistance", "faults.0.magnitude=2 ohm", "faults.0.onset=1 ms"];
+    /// assert_eq!(own.arguments(), words);
+    /// # Ok::<(), standstill_scenario::FileError>(())
+    /// ```
+    #[must_use]
+    pub fn with(mut self, keys: impl IntoIterator<Item = (String, Value)>) -> Self {
+        for (key, value) in keys {
+            match self.keys.iter_mut().find(|(own, _)| *own == key) {
+                Some((_, of)) => *of = value,
+                None => self.keys.push((key, value)),
+            }
+        }
+        self
+    }
+
     /// Iterates over the times at which a study lets a fault of this mode begin: before the detection; during the detection, if the mode
     /// can begin then; and for an open phase also during the detection for 50 µs.
     pub fn ways(mode: FaultMode) -> impl Iterator<Item = Begins> {

@@ -11,7 +11,7 @@ use standstill_scenario::{Document, FileError, Origin, Plan};
 use toml::{Table, Value};
 
 use super::demand::{Bad, Demand, LimitedMeasure};
-use super::{Case, texts};
+use super::{Case, is_of_fault, texts, trials};
 use crate::Demands;
 use crate::faults::{Allowed, Entry};
 use crate::subset::Effort;
@@ -77,7 +77,7 @@ pub struct Requirements {
 const CONFIDENCE: f64 = 0.95;
 const TRIALS: u64 = 100_000;
 /// Fewest trials of a requirement per case.
-const FEWEST: u64 = 64;
+pub(super) const FEWEST: u64 = 64;
 /// Most trials of a requirement per case: contributions to an rms are kept in memory.
 pub const MOST_TRIALS: u64 = 10_000_000;
 /// Largest number of requirements in a list.
@@ -192,7 +192,14 @@ impl Requirements {
         let requirement = &self.list[number];
         let place = |error: FileError| self.under(number, &settings, error);
         let mut document = document.clone();
-        for (key, value) in &settings {
+        let before = plan.file().faults.len();
+        let of_limit = |key: &str| requirement.demand.fault.is_some() && is_of_fault(key, before);
+        if settings.iter().any(|(key, _)| of_limit(key) && key.split('.').next_back() == Some("mode")) {
+            let at = key(number, &format!("over.faults.{before}.mode"));
+            let needed = "a size or an onset of that fault";
+            return Err(self.document.refuse(&at, "a mode beside the one of the limit", needed));
+        }
+        for (key, value) in settings.iter().filter(|(key, _)| !of_limit(key)) {
             document.set_value(key, value.clone(), Origin::Option("a requirement")).map_err(place)?;
         }
         let mut plan = plan.changed(document.clone()).map_err(place)?;
@@ -204,7 +211,8 @@ impl Requirements {
                     format!("the fault {}, which this drive{} cannot have", mode.name(), with(&settings));
                 return Err(self.document.refuse(&key(number, "limit"), &found, needed));
             }
-            let fault = Entry::usual(mode, &scenario, plan.file().faults.len());
+            let own = settings.iter().filter(|(key, _)| of_limit(key)).cloned();
+            let fault = Entry::usual(mode, &scenario, before).with(own);
             (plan, without) = fault.plans(&plan, &document).map_err(place)?;
             entry = Some(fault);
         }
@@ -266,6 +274,8 @@ impl Requirements {
         if settings.is_empty() {
             return error;
         }
+        // A place in a list is written `faults[0]` in an error, and `faults.0` in a key.
+        let wrong = &wrong.replace('[', ".").replace(']', "");
         let of =
             |key: &str| settings.iter().any(|(set, _)| key == set || key.starts_with(&format!("{set}.")));
         let mut over = self.list[number].over.iter();
@@ -292,18 +302,6 @@ fn with(settings: &[(String, Value)]) -> String {
 /// Returns the path of a key of requirement `number` in the file.
 fn key(number: usize, name: &str) -> String {
     format!("requirement[{number}].{name}")
-}
-
-/// Returns a number of trials that the file gives, or the error that it is out of range.
-fn trials(document: &Document, key: &str, given: Option<u64>) -> Result<Option<u64>, FileError> {
-    match given {
-        Some(trials) if !(FEWEST..=MOST_TRIALS).contains(&trials) => Err(document.refuse(
-            key,
-            &trials.to_string(),
-            &format!("a whole number from {FEWEST} to {MOST_TRIALS}"),
-        )),
-        given => Ok(given),
-    }
 }
 
 impl Requirement {

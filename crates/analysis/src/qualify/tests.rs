@@ -356,3 +356,38 @@ fn law_odds_decide_what_trials_leave_open_case_by_case_and_resume_to_the_same() 
     judged(&mut again, &watch);
     assert_eq!(again.cases.iter().flat_map(|case| &case.claims).collect::<Vec<_>>(), claims);
 }
+
+/// Keys of the limit's fault give it a size and an onset of its own; it stays the same fault.
+#[test]
+fn law_the_fault_of_a_limit_may_have_its_own_size_and_onset() {
+    let over = "over.\"faults.0.magnitude\" = [\"1 ohm\", \"3 ohm\"]\nover.\"faults.0.onset\" = [[\"1 ms\", \"2 ms\"]]";
+    let limit = "faults.contact-resistance: coverage >= 99 %";
+    let found = made(HEAD, &requirement("A", limit, over));
+    for (case, ohms) in found.cases.iter().zip([1.0, 3.0]) {
+        for plan in [Some(case.plan()), case.without.as_ref()] {
+            let faults = plan.expect("has checks").scenario(0).expect("a scenario").faults;
+            assert_eq!((faults.len(), faults[0].mode), (1, FaultMode::ContactResistance));
+            assert_eq!((faults[0].size, faults[0].onset), ([ohms; 2], [1e-3, 2e-3]));
+        }
+        // On the command line the mode stands before its size, and each key once.
+        let options = case.options();
+        assert_eq!((options.len(), options[0].as_str()), (3, "faults.0.mode=contact-resistance"));
+    }
+    assert_eq!(found.cases.len(), 2);
+    // With a fault of the scenario, the one of the limit is the second.
+    let head = format!("{HEAD}[[faults]]\nmode = \"current-gain\"\nmagnitude = 1.1\n");
+    let found = made(&head, &requirement("A", limit, "over.\"faults.1.magnitude\" = [\"1 ohm\"]"));
+    let faults = found.cases[0].plan().scenario(0).expect("a scenario").faults;
+    assert_eq!(faults.iter().map(|fault| fault.size[0]).collect::<Vec<_>>(), [1.1, 1.0]);
+    for (over, words) in [
+        ("over.\"faults.0.mode\" = [\"phase-open\"]", "a mode beside the one of the limit"),
+        ("over.\"faults.0.magnitude\" = [\"1 V\"]", "a resistance from 0 to 10 kΩ"),
+        ("over.\"faults.0.onse\" = [\"1 ms\"]", "onset"),
+    ] {
+        let (plan, document) = scenario(HEAD);
+        let list = Requirements::parse(Path::new("r.toml"), &requirement("A", limit, over));
+        let error = list.and_then(|list| Qualification::new(list, &plan, &document)).expect_err(over);
+        let error = error.to_string();
+        assert!(error.starts_with("r.toml: line 5:") && error.contains(words), "{error}");
+    }
+}
