@@ -5,6 +5,7 @@
 //! dangerous answer without the checks that have no answer with the checks.
 
 mod entry;
+mod reasons;
 #[cfg(test)]
 mod tests;
 
@@ -21,6 +22,7 @@ use standstill_scenario::{FileError, Plan, Record, Scenario, ScenarioFile, Verdi
 use standstill_sim::{Ended, RunError};
 
 pub use self::entry::{Begins, Entry};
+pub use self::reasons::reasons_that_name;
 use crate::{Demands, Halt, Watch};
 use standstill_odds::kept;
 
@@ -134,6 +136,10 @@ pub struct Counts {
     pub caught: u64,
     /// Sum of the durations in s of starts without an answer, which are the times until the fault is noticed.
     pub reaction: f64,
+    /// The longest of these durations in s.
+    pub longest_reaction: f64,
+    /// Number of starts that end without an answer also when the method's checks are off.
+    pub refused_without: u64,
     /// The dangerous answer with the largest error.
     pub worst: Option<Worst>,
 }
@@ -167,6 +173,21 @@ impl Counts {
         Some(Estimate { value, low, high: 1.0 })
     }
 
+    /// Returns the share that ends without an answer of all starts which the fault harms: those without an answer, and those with a dangerous
+    /// one although the checks are on. With the lower end of its one-sided 95 % interval; none if the fault harms no start. Unlike
+    /// [`coverage`](Self::coverage), it counts what a method refuses even with its checks off.
+    pub fn refused_share(&self) -> Option<Estimate> {
+        let harmed = self.detected() + self.undetected();
+        let value = (harmed > 0).then(|| self.detected() as f64 / harmed as f64)?;
+        let [low, _] = one_sided_bounds(self.detected(), harmed);
+        Some(Estimate { value, low, high: 1.0 })
+    }
+
+    /// Returns the number of starts that end without an answer for one of these reasons.
+    pub fn ended_by(&self, reasons: &[&str]) -> u64 {
+        self.unanswered.iter().filter(|(reason, _)| reasons.contains(&reason.as_str())).map(|(_, n)| n).sum()
+    }
+
     /// Returns the mean time in s after which starts end without an answer; none if all starts have an answer.
     pub fn mean_reaction(&self) -> Option<f64> {
         (self.detected() > 0).then(|| self.reaction / self.detected() as f64)
@@ -184,8 +205,11 @@ impl Counts {
         if detected {
             *self.unanswered.entry(reason(with)).or_default() += 1;
             self.undetermined += u64::from(with.verdict() == Verdict::Undetermined);
-            self.reaction += with.run.duration.seconds();
+            let lasted = with.run.duration.seconds();
+            self.reaction += lasted;
+            self.longest_reaction = self.longest_reaction.max(lasted);
         }
+        self.refused_without += u64::from(without.is_some_and(is_detected));
         if without.and_then(danger).is_some() {
             self.dangerous += 1;
             self.caught += u64::from(detected);
@@ -218,6 +242,8 @@ impl Counts {
         self.dangerous += other.dangerous;
         self.caught += other.caught;
         self.reaction += other.reaction;
+        self.longest_reaction = self.longest_reaction.max(other.longest_reaction);
+        self.refused_without += other.refused_without;
         for (reason, count) in other.unanswered {
             *self.unanswered.entry(reason).or_default() += count;
         }

@@ -9,7 +9,7 @@ mod words;
 use std::path::Path;
 
 use serde_json::json;
-use standstill_analysis::faults::{Allowed, Begins, Counts, Entry, duration, study};
+use standstill_analysis::faults::{Allowed, Begins, Counts, Entry, duration, reasons_that_name, study};
 use standstill_campaign::Estimate;
 use standstill_detect::MethodName;
 use standstill_plant::Digest;
@@ -211,7 +211,25 @@ impl Row {
         most.map_or_else(String::new, |(reason, _)| reason.clone())
     }
 
-    fn record(&self, rate: Option<f64>) -> Record {
+    /// Returns the number of starts whose reason for no answer names the faulty part; none if no reason names a part of these faults.
+    fn rightly(&self) -> Option<u64> {
+        let named: Vec<&str> =
+            self.entry.modes.iter().flat_map(|mode| reasons_that_name(*mode)).copied().collect();
+        (!named.is_empty()).then(|| self.counts.ended_by(&named))
+    }
+
+    /// Returns the command that shows the worst start, of a scenario with its keys; none if no answer is dangerous.
+    fn worst_command(&self, asked: &str) -> Option<String> {
+        let worst = self.counts.worst?;
+        let keys: String = self.entry.arguments().iter().map(|pair| set_pair(pair)).collect();
+        // The scenario may set fewer trials than were studied.
+        let trials = set_pair(&format!("trials={}", self.counts.trials));
+        let folder = quoted(&format!("trace-{}-{}", self.fault().replace(' ', "-"), worst.trial));
+        let method = with(self.by_name);
+        Some(format!("standstill trace {asked}{method}{keys}{trials} --trial {} --out {folder}", worst.trial))
+    }
+
+    fn record(&self, rate: Option<f64>, asked: &str) -> Record {
         let of = &self.counts;
         let coverage = of.coverage().unwrap_or(Estimate::UNKNOWN);
         Record::default()
@@ -232,13 +250,19 @@ impl Row {
             .with("undetermined", of.undetermined)
             .with("errors", of.errors)
             .with("detected_by", self.reason())
+            .with("detected_rightly", self.rightly())
             .with("mean_reaction_s", of.mean_reaction())
+            .with("longest_reaction_s", (of.detected() > 0).then_some(of.longest_reaction))
+            .with("detected_without_checks", self.has_checks.then_some(of.refused_without))
+            .with("refused_share", of.refused_share().map(|of| of.value))
+            .with("refused_share_at_least", of.refused_share().map(|of| of.low))
             .with("dangerous_without_checks", self.has_checks.then_some(of.dangerous))
             .with("dangerous_and_detected", self.has_checks.then_some(of.caught))
             .with("coverage", coverage.value)
             .with("coverage_at_least", coverage.low)
             .with("worst_error_deg", of.worst.map(|worst| worst.error_deg))
             .with("worst_trial", of.worst.map(|worst| worst.trial))
+            .with("worst_command", self.worst_command(asked))
             .with("reasons", json!(of.unanswered).to_string())
             .with("rate", rate)
             .with("wrong_pole_rate_at_most", rate.map(|rate| rate * of.wrong_pole_bound()))
@@ -297,22 +321,9 @@ fn answer(setting: String, of: &Subject<'_>, rows: &[Row], left: &[Left]) -> Ans
     let (tone, headline) = words::headline(rows);
     let mut details = words::details(of, rows);
     details.extend(weights(rows, *rates));
-    let mut next = None;
-    if let Some((row, worst)) = words::worst(rows) {
-        let keys = row.entry.arguments().into_iter().map(|pair| set_pair(&pair));
-        // The scenario may set fewer trials than were studied.
-        let command = format!(
-            "standstill trace {asked}{}{}{} --trial {} --out {}",
-            with(row.by_name),
-            keys.collect::<String>(),
-            set_pair(&format!("trials={}", row.counts.trials)),
-            worst.trial,
-            quoted(&format!("trace-{}-{}", row.fault().replace(' ', "-"), worst.trial))
-        );
-        next = Some(("to see the worst start", command));
-    }
+    let next = words::worst(rows).and_then(|(row, _)| row.worst_command(asked));
     let rate = |row: &Row| rates.and_then(|rates| rates.of(row.entry.weighed()));
-    let records: Records = rows.iter().map(|row| row.record(rate(row))).collect();
+    let records: Records = rows.iter().map(|row| row.record(rate(row), asked)).collect();
     let json = json!({
         "demand": { "error_deg": allowed.error_deg, "moved_deg": allowed.moved_deg, "current_A": allowed.current },
         "rows": records,
@@ -330,7 +341,7 @@ fn answer(setting: String, of: &Subject<'_>, rows: &[Row], left: &[Left]) -> Ans
     let code = if words::is_silent(rows) { NOT_SHOWN } else { 0 };
     let answer = Answer { json, csv: Some(records), code, ..answer };
     let answer = match next {
-        Some((purpose, command)) => answer.next(purpose, command),
+        Some(command) => answer.next("to see the worst start", command),
         None => answer,
     };
     if code == NOT_SHOWN {

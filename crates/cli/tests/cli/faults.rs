@@ -73,9 +73,27 @@ fn law_each_start_of_a_fault_is_counted_once_and_the_worst_can_be_seen() {
             (60.0, Some("too little current"))
         );
     }
+    // Refused whether checks are on or off: coverage has no number, the share of refused starts has: none of 60 is at least 0.05^(1/60).
+    let open = row(&found, "phase-open");
+    assert_eq!([number(open, "detected_rightly"), number(open, "detected_without_checks")], [60.0; 2]);
+    assert!(open["coverage"].is_null() && number(open, "refused_share") == 1.0, "{open}");
+    assert!((number(open, "refused_share_at_least") - 0.9513).abs() < 1e-3, "{open}");
+    let dead = row(&found, "current-dead");
+    assert!(number(dead, "detected_without_checks") < 60.0 && dead["worst_command"].is_null(), "{dead}");
+    for of in [open, dead] {
+        let [mean, longest] = ["mean_reaction_s", "longest_reaction_s"].map(|name| number(of, name));
+        assert!(mean <= longest && longest < 0.1, "{of}");
+    }
     // Exchanged wires mirror the angle: standstill cannot tell. The sensors can be told apart from a dead one.
     let swapped = row(&found, "terminals-swapped");
     assert!(number(swapped, "detected") <= 5.0 && number(swapped, "right") <= 5.0, "{swapped}");
+    assert!(swapped["detected_rightly"].is_null() && number(swapped, "refused_share_at_least") < 0.1);
+    // Each row has the command that shows its worst start, with that error.
+    let command = swapped["worst_command"].as_str().expect("a command");
+    let shown = said(&words(command).iter().map(String::as_str).collect::<Vec<_>>(), path);
+    let shown = shown.split("error ").nth(1).and_then(|rest| rest.split('°').next()).expect("an error");
+    let worst = number(swapped, "worst_error_deg");
+    assert!((shown.parse::<f64>().expect("a number") - worst).abs() < 0.06, "{shown} {worst}");
     for fault in ["current-dead", "current-sign"] {
         let row = row(&found, fault);
         assert_eq!(number(row, "detected"), 60.0, "{row}");
@@ -96,21 +114,8 @@ fn law_each_start_of_a_fault_is_counted_once_and_the_worst_can_be_seen() {
     let trace = said(&words(line).iter().map(String::as_str).collect::<Vec<_>>(), path);
     assert!(trace.contains("fault"), "{trace}");
     // The command of a fault with a drawn size runs, too, and traces the named start.
-    let text = said(
-        &[
-            "faults",
-            "s.toml",
-            "--trials",
-            "60",
-            "--mode",
-            "turns-shorted",
-            "--begins",
-            "before",
-            "--out",
-            "h",
-        ],
-        path,
-    );
+    let asked = "faults s.toml --trials 60 --mode turns-shorted --begins before --out h";
+    let text = said(&asked.split(' ').collect::<Vec<_>>(), path);
     let worst =
         text.split("turns-shorted, ").nth(1).and_then(|rest| rest.split('°').next()).expect("a worst start");
     let line =

@@ -6,12 +6,14 @@ use standstill_report::page::{Column, Table, Tone};
 use super::{Row, percent};
 
 /// Legend of the columns, in paragraphs.
-pub const LEGEND: [&str; 5] = [
+pub const LEGEND: [&str; 6] = [
     "during: the fault begins at an instant of the detection that each trial draws, and stays; 50 µs: a contact that opens then for so long. The others \
      are there before the detection.",
     "detected: starts without an answer. An answer with the wrong pole or beyond the limit is dangerous.",
     "dangerous: starts whose answer would be wrong without the method's checks (`detector.checks = false`); coverage ≥: the share of these that has \
      no answer with them, the lower end of the exact one-sided 95 % interval; –: no start is dangerous.",
+    "refused ≥: the share without an answer of all starts that have none or a dangerous one, with the checks on, the lower end of its interval: also of \
+     faults that a method refuses even with its checks off. rightly: starts whose reason for no answer names the faulty part; –: no reason does.",
     "moved, current: starts with more movement or current than is said above; they may have any answer, or none.",
     "Sizes, places and signs are drawn by each trial; the table of the file has their ranges (`magnitude`).",
 ];
@@ -29,16 +31,23 @@ pub fn of(rows: &[Row]) -> Table {
     let columns = [
         Column::word("method").of(|row: &Row| row.method.clone()),
         Column::word("fault").of(Row::fault),
-        share("right", |of| of.right),
+        (Column::number("right").unit("%").rank(2))
+            .of(|row: &Row| percent(row.counts.right, row.counts.trials)),
         share("wrong pole", |of| of.wrong_pole),
         share("beyond", |of| of.beyond),
         share("detected", Counts::detected),
         // The number of dangerous starts, which is the denominator of the coverage.
-        (Column::number("dangerous").rank(2)).of(|row: &Row| {
+        (Column::number("dangerous").rank(3)).of(|row: &Row| {
             if row.has_checks { row.counts.dangerous.to_string() } else { "no checks".to_owned() }
         }),
-        (Column::number("coverage ≥").unit("%").rank(2))
+        Column::number("coverage ≥")
+            .unit("%")
             .of(move |row: &Row| number(row.counts.coverage().map(|of| of.low * 100.0))),
+        (Column::number("refused ≥").unit("%").rank(1))
+            .of(move |row: &Row| number(row.counts.refused_share().map(|of| of.low * 100.0))),
+        (Column::number("rightly").unit("%").rank(2)).of(|row: &Row| {
+            row.rightly().map_or_else(|| "–".to_owned(), |of| percent(of, row.counts.trials))
+        }),
         effect("moved", |of| of.moved),
         effect("current", |of| of.overcurrent),
         (Column::number("worst").unit("°").rank(3))
