@@ -4,7 +4,7 @@
 //! The first two are read with eight bits. The scope's samples are as far apart as the drive's timer counts, so that all edges lie alike
 //! between two samples (drive); or they follow a clock of its own, with each seed another one, so that edges lie anywhere (own); or the
 //! edges lie at four places between samples (pattern). With MOSFETs each seed draws motor and drive: a linear core; one of the fit's own
-//! law; one of another law, with cross-saturation (steep, and mild with a sixth of it); the fit's law behind probes of 20 kHz (probe), or by one shunt in the DC
+//! law; one of another law, with cross-saturation (steep, and mild with a sixth of it; lower and higher with other powers); the fit's law behind probes of 20 kHz (probe), or by one shunt in the DC
 //! link (shunt); with eight bits or twelve.
 //! Each seed also draws what the fit begins with, within the tolerances that a fit assumes: an interval contains what the readings
 //! do not tell, so it can hold in 95 % only if that varies from seed to seed. docs/notes/fit-coverage.txt has the tables.
@@ -13,7 +13,7 @@
 //!
 //! ```sh
 //! cargo run --release -p standstill-fit --features measure --example fit_coverage SEEDS NOISE_IN_STEPS [ngspice|SciPy] [own|drive|pattern]
-//! cargo run --release -p standstill-fit --features measure --example fit_coverage SEEDS NOISE_IN_STEPS linear|law|steep|mild|probe|shunt [12bits]
+//! cargo run --release -p standstill-fit --features measure --example fit_coverage SEEDS NOISE_IN_STEPS linear|law|steep|mild|lower|higher|probe|shunt [12bits]
 //! ```
 
 #[allow(dead_code, reason = "the tests use the rest")]
@@ -38,6 +38,8 @@ fn main() {
         ("law", Iron::Series([0.05, 0.02, 0.02]), 0.0),
         ("steep", Iron::Steep([0.003, 3.0, 6.0]), 0.0),
         ("mild", Iron::Steep([0.0005, 3.0, 6.0]), 0.0),
+        ("lower", Iron::Steep([0.018, 3.0, 3.0]), 0.0),
+        ("higher", Iron::Steep([1.8e-5, 3.0, 10.0]), 0.0),
         ("probe", Iron::Series([0.05, 0.02, 0.02]), 8e-6),
         ("shunt", Iron::Series([0.05, 0.02, 0.02]), 0.0),
     ] {

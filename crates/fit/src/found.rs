@@ -1,4 +1,4 @@
-//! Values and intervals that a solution gives with one law of the core, and their union over two laws.
+//! Values and intervals that a solution gives with one law of the core, and their union over several laws.
 
 use std::f64::consts::TAU;
 
@@ -38,8 +38,7 @@ pub(super) struct Interval {
 
 impl Interval {
     /// Returns the value with the hull of both intervals.
-    fn or(self, other: Option<Self>) -> Self {
-        let Some(other) = other else { return self };
+    fn or(self, other: Self) -> Self {
         let [low, high] = self.ends;
         Self { ends: [low.min(other.ends[0]), high.max(other.ends[1])], ..self }
     }
@@ -132,35 +131,41 @@ impl Found {
     }
 }
 
-/// Solution of a fit, and that with the other law of the core if it makes the readings about as likely: then the better law is
-/// not known, and an interval is the hull of both laws'. The values are those of the first.
+/// Solution of a fit, and those with other laws of the core that make the readings about as likely: which law is the core's is then not
+/// known, and an interval is the hull of all laws'. The values are those of the first.
 pub(super) struct Either {
     pub(super) one: Found,
-    pub(super) other: Option<Box<Found>>,
+    pub(super) others: Vec<Found>,
 }
 
 impl Either {
-    /// Returns the hull of both solutions' intervals by [`Found::of`].
+    /// Returns the hull of the first interval and those that the other solutions have.
+    fn hull(
+        &self,
+        one: Option<Interval>,
+        of: impl Fn(&Found, Interval) -> Option<Interval>,
+    ) -> Option<Interval> {
+        let one = one?;
+        Some(self.others.iter().filter_map(|found| of(found, one)).fold(one, Interval::or))
+    }
+
+    /// Returns the hull of all solutions' intervals by [`Found::of`].
     pub(super) fn of(&self, parameter: Parameter, frame: &Frame, at: [f64; 3]) -> Option<Interval> {
-        let one = self.one.of(parameter, frame, at)?;
-        let tells = |found: &&Found| parameter.fall().is_none() || found.free.contains(&parameter);
-        let other = self.other.as_deref().filter(tells).and_then(|found| found.of(parameter, frame, at));
-        Some(one.or(match parameter {
-            Parameter::Angle => other.map(|other| other.beside(one.value)),
-            _ => other,
-        }))
+        self.hull(self.one.of(parameter, frame, at), |found, one| {
+            let tells = parameter.fall().is_none() || found.free.contains(&parameter);
+            let other = found.of(parameter, frame, at).filter(|_| tells)?;
+            Some(if parameter == Parameter::Angle { other.beside(one.value) } else { other })
+        })
     }
 
-    /// Returns the hull of both solutions' intervals by [`Found::last_gain`].
+    /// Returns the hull of all solutions' intervals by [`Found::last_gain`].
     pub(super) fn last_gain(&self, channels: [bool; CHANNELS]) -> Option<Interval> {
-        Some(
-            self.one.last_gain(channels)?.or(self.other.as_ref().and_then(|found| found.last_gain(channels))),
-        )
+        self.hull(self.one.last_gain(channels), |found, _| found.last_gain(channels))
     }
 
-    /// Returns the hull of both solutions' intervals by [`Found::with_switch`].
+    /// Returns the hull of all solutions' intervals by [`Found::with_switch`].
     pub(super) fn with_switch(&self) -> Option<Interval> {
-        Some(self.one.with_switch()?.or(self.other.as_ref().and_then(|found| found.with_switch())))
+        self.hull(self.one.with_switch(), |found, _| found.with_switch())
     }
 }
 

@@ -42,6 +42,7 @@ mod slopes;
 mod solve;
 mod start;
 mod stated;
+mod steep;
 mod truncated;
 mod wiring;
 

@@ -240,7 +240,7 @@ impl Parameter {
             EddyTime => self.get(point),
             EddyDepthAlong | EddyDepthAcross => 0.1,
             DeadTime => 1e-6,
-            SaturationAlong | SaturationAgainst | SaturationAcross if point.plant.law == Law::Iron => {
+            SaturationAlong | SaturationAgainst | SaturationAcross if point.plant.law != Law::Series => {
                 PLAUSIBLE_FALL
             }
             // Falls of 3γ ± 2β along ±d, each for itself, and of 3 γ_q along q.

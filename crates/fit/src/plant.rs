@@ -11,6 +11,7 @@ use standstill_sim::{
 
 use super::pieces::{Edge, Piece};
 use super::record::{CHANNELS, LINK, Request};
+use super::steep;
 
 /// Law of the core's saturation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +25,9 @@ pub enum Law {
     /// [`Algebraic::falling`]: the law of iron, as in a data sheet's `[nameplate]`. The three numbers are the falls of L_d along
     /// +d and −d and of L_q.
     Iron,
+    /// [`steep::core`]: iron that saturates later and more steeply than the others. The three numbers are the shares by which the inverse
+    /// inductances grow from zero current to the flux of the current I without saturation, along +d, −d and q.
+    Steep,
 }
 
 /// Parameters of the plant besides its edges.
@@ -222,6 +226,7 @@ impl Plant {
         }
         let units = [l_d * frame.current, l_q * frame.current];
         match self.law {
+            Law::Steep => steep::core(self.inductance, frame.current, self.saturation),
             Law::Series => {
                 let [beta, gamma, gamma_q] = self.saturation;
                 // ψ² and (ψ − ψ₀)³ about a flux ψ₀ so large that ψ keeps its sign; what the magnet's is does not matter.

@@ -15,9 +15,9 @@ pub(super) enum Iron {
     Unknown,
     /// The initial motor's falls are used.
     OfStart,
-    /// The readings show saturation. The series is given too if it makes the readings about as likely, although it has not the
-    /// shape of iron: then the better law is not known.
-    Seen(Option<Box<Found>>),
+    /// The readings show saturation. Other laws are given too if they make the readings about as likely: then it is not known which law
+    /// is the core's.
+    Seen(Vec<Found>),
 }
 
 /// Least advantage of one law over another in ln P, divided by the Newey–West ratio, to be chosen.
@@ -88,20 +88,44 @@ pub(super) fn with_iron(
     let enough = MORE_LIKELY * sum.newey_west;
     let more = bent.sum.likelihood - sum.likelihood;
     let is_whole = against && across && is_free(Parameter::SaturationAlong);
-    if is_whole && (more < -enough || converged && !bent.converged) {
-        // The series has the shape of this core, iron's law has not.
-        work.scatter.clone_from(&scatter);
-        work.problem.free.clone_from(&free);
-        return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Seen(None)));
-    }
-    let series = if more > enough {
-        None
-    } else {
-        let found = candidate(work.found(&Solved { point, sum, free, scatter, converged }))?;
-        work.problem.free.clone_from(&bent.free);
-        found.map(Box::new)
+    let of_series = Solved { point, sum, free, scatter, converged };
+    // The series has the shape of this core, iron's law has not.
+    let is_series = is_whole && (more < -enough || converged && !bent.converged);
+    let (best, mut others) = match (is_series, more > enough) {
+        (true, _) => (of_series, Vec::new()),
+        (false, true) => (bent, Vec::new()),
+        (false, false) => {
+            let series = candidate(work.found(&of_series))?;
+            (bent, series.into_iter().collect())
+        }
     };
-    Ok((bent, pole, Iron::Seen(series)))
+    if is_whole && best.converged {
+        others.extend(steep(work, &best)?);
+    }
+    work.scatter.clone_from(&best.scatter);
+    work.problem.free.clone_from(&best.free);
+    Ok((best, pole, Iron::Seen(others)))
+}
+
+/// Solves with the law of steep iron, which begins with the best solution's falls. Returns none if that law makes the readings clearly less
+/// likely, or is none of this core.
+fn steep(work: &mut Work, best: &Solved) -> Result<Option<Found>, FitError> {
+    let Some(falls) = best.point.plant.falls(&work.problem.frame) else { return Ok(None) };
+    let mut from = best.point.clone();
+    from.plant.law = Law::Steep;
+    let [along, _, across] = falls.map(|fall| fall / (1.0 - fall));
+    // The other laws take such iron for one that saturates along −d, too.
+    from.plant.saturation = [along, -0.05 * along, across.max(0.0)];
+    if from.plant.core(&work.problem.frame).is_none() {
+        return Ok(None);
+    }
+    work.scatter.clone_from(&best.scatter);
+    let Some(solved) = candidate(work.solved_for(&best.free, &from))? else { return Ok(None) };
+    let less = best.sum.likelihood - solved.sum.likelihood;
+    if less > MORE_LIKELY * best.sum.newey_west || !solved.converged {
+        return Ok(None);
+    }
+    candidate(work.found(&solved))
 }
 
 /// Solves with the initial motor's falls, which these currents do not determine, and takes the more likely pole. None if no iron

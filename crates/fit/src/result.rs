@@ -178,12 +178,12 @@ pub(super) fn conclude(
     let frame = work.problem.frame.clone();
     let one = work.found(&solved)?;
     solved.point = one.point.clone();
-    let (is_known, other) = match iron {
-        Iron::Seen(other) => (true, other),
-        Iron::OfStart => (true, None),
-        Iron::Unknown => (false, None),
+    let (is_known, others) = match iron {
+        Iron::Seen(others) => (true, others),
+        Iron::OfStart => (true, Vec::new()),
+        Iron::Unknown => (false, Vec::new()),
     };
-    let either = Either { one, other };
+    let either = Either { one, others };
     let free = solved.free.clone();
     let Known { sum, spread, fixed } = work.known(&solved.point, &free, &solved.scatter)?;
     let falls = solved.point.plant.falls(&frame);
