@@ -10,7 +10,7 @@ use standstill_analysis::{Cause, Explained, Halt, Trials};
 use standstill_campaign::store::{Shard, Sweep};
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Section};
-use standstill_scenario::{Document, FileError, Plan, Record as Trial, Single};
+use standstill_scenario::{Document, FileError, Plan, Record as Trial, Single, written};
 
 use self::choose::{Choice, Chosen};
 use super::question::setting;
@@ -20,7 +20,7 @@ use crate::error::Error;
 use crate::results::{FinishedRun, say_extension};
 use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
-use crate::shell::command_line::{quoted, typed};
+use crate::shell::command_line::{quoted, set, typed};
 use crate::shell::interrupt::INTERRUPTED;
 use crate::shell::output::Output;
 use crate::shell::progress::Watched;
@@ -200,7 +200,13 @@ fn answer(run: &FinishedRun, plan: &Plan, all: &[Repeated], lost: u64) -> Answer
         ),
         ..Answer::default()
     };
-    let (named, note) = run.begun();
+    let (mut named, note) = run.begun();
+    if let Some(one) = all.first().filter(|_| !run.file.axes.is_empty()) {
+        // Questions are asked of scenarios without axes: at this point.
+        let values = &plan.points()[one.chosen.point].values;
+        named.line += &set("axes", "{}");
+        named.line.extend(values.iter().map(|(key, value)| set(key, &written(value))));
+    }
     match all.first().map(|one| words::next(one, &named)) {
         Some((purpose, command)) => answer.next(format!("{purpose}{note}"), command),
         None => answer,

@@ -3,6 +3,7 @@
 use std::fs;
 
 use super::answers::{SCENARIO, answer, number};
+use super::guides::words;
 use super::{folder, mistake, names, standstill};
 
 #[test]
@@ -102,6 +103,37 @@ fn regress_trials_without_an_axis_are_told_by_their_numbers_and_points_as_they_a
     let text = String::from_utf8_lossy(&text.stdout).into_owned();
     assert!(text.contains("at point 1 (of 0 to 1): detector.pulse = 5 us"), "{text}");
     assert!(text.contains(&format!("{lost} trials found no axis")), "{text}");
+}
+
+/// Questions refuse a scenario with axes: what goes on from a trial of a sweep is asked at that trial's point, and the command runs.
+#[test]
+fn regress_what_goes_on_from_a_trial_of_a_sweep_is_asked_at_its_point() {
+    let folder = folder();
+    let path = folder.path();
+    let axes = |axis: &str| {
+        let text = format!("detector.method = \"line-inductance-fast\"\n[axes]\n{axis}\n");
+        fs::write(path.join("s.toml"), text).expect("written");
+    };
+    for (axis, point, expected) in [
+        ("\"sensors.noise\" = [\"10 mA\", \"60 mA\"]", "-s axes={} -s 'sensors.noise=60 mA'", "require"),
+        ("\"detector.pulse\" = [\"80 us\", \"5 us\"]", "-s axes={} -s 'detector.pulse=5 us'", "trace"),
+    ] {
+        axes(axis);
+        let run = ["sweep", "s.toml", "--trials", "20", "--force", "--out", "r"];
+        assert!(standstill(&run, path).status.success());
+        let text = String::from_utf8(standstill(&["explain", "r", "--force"], path).stdout).expect("text");
+        let command = text.lines().find_map(|line| line.strip_prefix("    standstill ")).expect("a command");
+        assert!(command.starts_with(&format!("{expected} s.toml")), "{text}");
+        assert!(command.replace("'axes={}'", "axes={}").contains(point), "{command}");
+        let mut given = words(command);
+        if expected == "require" {
+            given.extend(["--most", "100"].map(str::to_owned));
+        }
+        let given: Vec<&str> = given.iter().map(String::as_str).collect();
+        let output = standstill(&given, path);
+        let heard = String::from_utf8_lossy(&output.stderr);
+        assert!(matches!(output.status.code(), Some(0 | 1)), "{command}: {heard}");
+    }
 }
 
 /// Of wrong poles `run`, `report` and `explain` say what to look at next, and a start that draws no error that turns it says so.

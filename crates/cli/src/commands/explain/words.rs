@@ -142,10 +142,8 @@ pub fn next(of: &Repeated, named: &Begun) -> (String, String) {
             } else {
                 set("trials", &(trial + 1).to_string())
             };
-            let point =
-                if of.chosen.point > 0 { format!(" --point {}", of.chosen.point) } else { String::new() };
             let command =
-                format!("standstill trace {}{trials}{point} --trial {trial} --out trace-{trial}", named.line);
+                format!("standstill trace {}{trials} --trial {trial} --out trace-{trial}", named.line);
             ("this start with all its waveforms".to_owned(), command)
         }
         (None, _) => {
