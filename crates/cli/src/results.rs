@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use standstill_campaign::store::Identity;
 use standstill_campaign::{Estimate, Summary};
 use standstill_files::read_text;
-use standstill_quantity::Quantity;
+use standstill_quantity::{Quantity, count};
 use standstill_scenario::StopTable;
 use standstill_table::Format;
 
@@ -125,7 +125,7 @@ impl SummaryFile {
         let is_judged = wrong > 0 && !self.run.pole_is_open;
         is_judged.then(|| {
             let starts = if wrong == 1 { "start names" } else { "starts name" };
-            format!("{wrong} of {} {starts} the wrong pole.", self.trials())
+            format!("{} of {} {starts} the wrong pole.", count(wrong), count(self.trials()))
         })
     }
 

@@ -4,8 +4,8 @@ mod points;
 
 use standstill_analysis::Demands;
 use standstill_campaign::{Estimate, Sectors, Summary, binomial_interval};
-pub use standstill_quantity::fixed;
 use standstill_quantity::{at_most, magnitude, number as rounded};
+pub use standstill_quantity::{count, fixed};
 use standstill_report::page::{Block, Column, Section, Table, Tone};
 
 use crate::results::SummaryFile;
@@ -171,7 +171,7 @@ pub fn figures(s: &Summary, open: bool) -> Table {
         line("95th percentile", format!("{}°", s.p95_deg)),
         line("99th percentile", format!("{}°", s.p99_deg)),
         line("largest", if s.axes == 0 { "–".to_owned() } else { largest() }),
-        line(&beyond, format!("{} % of {} with an angle", percent(&s.beyond_limit), s.found)),
+        line(&beyond, format!("{} % of {} with an angle", percent(&s.beyond_limit), count(s.found))),
         (tone, vec!["wrong poles".to_owned(), wrong]),
         line("pole undetermined", share(s.undetermined, &s.undetermined_probability)),
         line("failed", share(s.failed, &s.failed_probability)),
@@ -180,7 +180,7 @@ pub fn figures(s: &Summary, open: bool) -> Table {
         line("largest current", format!("{} A", rounded(2, s.peak_current_a))),
     ];
     Table::new([Column::word(""), Column::word("").judged()])
-        .captioned(format!("Monte Carlo: {} {trials}, [95 % intervals]", s.trials))
+        .captioned(format!("Monte Carlo: {} {trials}, [95 % intervals]", count(s.trials)))
         .judged(
             lines
                 .into_iter()

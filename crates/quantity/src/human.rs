@@ -55,6 +55,26 @@ pub fn short(value: f64) -> String {
     (format!("{value:.5e}").parse::<f64>().unwrap_or(value) + 0.0).to_string()
 }
 
+/// Returns a whole number for people, with a comma before each three digits if it has five or more.
+///
+/// ```
+/// use standstill_quantity::count;
+///
+/// assert_eq!((count(1000), count(37_000), count(1_234_567)), ("1000".into(), "37,000".into(), "1,234,567".into()));
+/// ```
+#[allow(clippy::needless_pass_by_value, reason = "numbers are copied")]
+pub fn count(number: impl ToString) -> String {
+    let digits = number.to_string();
+    if digits.len() < 5 || !digits.bytes().all(|digit| digit.is_ascii_digit()) {
+        return digits;
+    }
+    let group = |(k, digit): (usize, char)| {
+        let comma = (k > 0 && (digits.len() - k).is_multiple_of(3)).then_some(',');
+        comma.into_iter().chain([digit])
+    };
+    digits.chars().enumerate().flat_map(group).collect()
+}
+
 /// A unit for printing some values, and its ratio to the SI unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Scale {

@@ -3,6 +3,7 @@
 use standstill_campaign::{Statistics, Summary};
 use standstill_detect::{Method, MethodName, Source};
 use standstill_plant::Motor;
+use standstill_quantity::count;
 use standstill_scenario::{Document, Rotor};
 
 use super::bench::{Bench, Look, SEARCH, SPENT, Setting};
@@ -69,7 +70,7 @@ impl Candidate {
     pub fn why_late(&self) -> Option<String> {
         match self.lateness() {
             [true, _] => Some("its starts take a hundred times as long".to_owned()),
-            [_, true] => Some(format!("its wrong poles must be counted in {COUNTED} starts")),
+            [_, true] => Some(format!("its wrong poles must be counted in {} starts", count(COUNTED))),
             _ => None,
         }
     }

@@ -5,6 +5,7 @@
 //! failure lowers the confidence. All bounds of one answer hold together with at least the remaining confidence (Bonferroni).
 
 use serde::Serialize;
+use standstill_quantity::count;
 use standstill_scenario::Rotor;
 
 use super::SuitabilityError;
@@ -203,12 +204,15 @@ impl Bench<'_> {
                 _ => {
                     let objection = if can_count {
                         format!(
-                            "{trials} fresh starts hold, and the {COUNTED} that show wrong poles to be rarer than {} % are more than this check may do",
+                            "{} fresh starts hold, and the {} that show wrong poles to be rarer than {} % are more than this check may do",
+                            count(trials),
+                            count(COUNTED),
                             100.0 * self.demands.wrong_poles
                         )
                     } else {
                         format!(
-                            "{trials} fresh starts leave room for a p95 of {p95:.2}° ({}° demanded), {:.2} % without an angle or a pole ({} % demanded), {:.3} % wrong poles ({} % demanded)",
+                            "{} fresh starts leave room for a p95 of {p95:.2}° ({}° demanded), {:.2} % without an angle or a pole ({} % demanded), {:.3} % wrong poles ({} % demanded)",
+                            count(trials),
                             self.demands.error_deg,
                             100.0 * without,
                             100.0 * self.demands.without_angle,

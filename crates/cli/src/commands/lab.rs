@@ -65,7 +65,7 @@ fn advice(document: &Document) -> Result<Advice, String> {
         candidate.method(),
         standstill_quantity::number(2, confirmed.p95_at_most_deg),
         confirmed.wrong_poles,
-        confirmed.starts,
+        standstill_quantity::count(confirmed.starts),
         standstill_quantity::number(2, confirmed.moved_deg),
     );
     Ok(Advice { keys: Some(candidate.setting.in_scenario().into_iter().collect()), text })

@@ -20,6 +20,9 @@ use crate::shell::progress::Watched;
 use crate::shell::values::probability;
 use crate::shell::{Report, locked};
 
+/// Largest number of plain trials that is proposed for a few starts with the event: some minutes.
+const MOST_PLAIN: f64 = 100_000.0;
+
 pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
     let plan = plan(question)?;
@@ -76,18 +79,26 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     }
     let again = again(question);
     let likely = odds.probability.value;
-    let answer = if likely > 1e-6 {
-        let needed = (10.0 / likely).ceil().max(1000.0);
+    let needed = (10.0 / likely).ceil().max(1000.0);
+    let answer = if needed <= MOST_PLAIN {
         answer.next(
             "some ten such starts among plain trials, to be explained one by one",
             format!("standstill run {again} --trials {needed}"),
         )
     } else if likely > 0.0 {
-        answer.next("which part of the drive makes the error", format!("standstill budget {again}"))
+        answer.next(
+            format!(
+                "which part of the drive makes the error (ten such starts would need {} plain trials, {} as many as were run here)",
+                words::about(needed),
+                words::times(needed / odds.trials as f64)
+            ),
+            format!("standstill budget {again}"),
+        )
     } else {
         // If none of n trials has the event, its probability is at most 3.7/n.
+        let times = words::times(1e6 / odds.trials as f64);
         answer.next(
-            "plain trials bound it by 3.7 over their number",
+            format!("plain trials bound it by 3.7 over their number ({times} as many trials as here)"),
             format!("standstill run {again} --rows none --trials 1000000"),
         )
     };

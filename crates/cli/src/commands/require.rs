@@ -10,21 +10,22 @@ pub use unanswered::Unanswered;
 use serde_json::json;
 use standstill_analysis::Halt;
 use standstill_analysis::bracket::{Bound, Edge, Found, Search, Side, Stretch};
-use standstill_analysis::limit::Limits;
+use standstill_analysis::limit::{Limit, Limits};
 use standstill_analysis::require::{Bench, Judged, Taken};
 use standstill_campaign::Estimate;
+use standstill_quantity::short;
 use standstill_report::page::Tone;
 use standstill_scenario::{FileError, Plan};
 
 use self::refused::Refused;
-use super::question::{self, Key, Silence, document, plan_of, setting, silence};
+use super::question::{self, Key, Silence, check_command, document, plan_of, setting, silence};
 use crate::answer::{Answer, Record, Records, verdict};
-use crate::arguments::Require as Options;
+use crate::arguments::{Question, Require as Options};
 use crate::error::Error;
 use crate::figures;
 use crate::shell::Report;
 use crate::shell::command_line::{quoted, set};
-use crate::shell::values::shown;
+use crate::shell::values::{scale, shown};
 
 /// Factor by which the default range extends above and below the scenario's value.
 const FACTOR: f64 = 30.0;
@@ -165,11 +166,41 @@ pub fn run(options: &Options) -> Result<Report, Error> {
 /// Adds the commands to continue with if no value meets the limits.
 fn nowhere(answer: Answer, options: &Options, plan: &Plan, starts: &Silence) -> Result<Answer, FileError> {
     let answer = silence::or_budget(answer, &options.question, plan, starts)?;
-    if starts.is_mostly_silent() {
+    // Where starts have no answer, the command stands there already.
+    if starts.is_mostly_silent() || starts.is_frequent() {
         return Ok(answer);
     }
-    let tune = format!("standstill tune {} --help", question::again(&options.question));
-    Ok(answer.next("which settings of the detector keep the limits", tune))
+    let Question { scenario, keys, seed, .. } = &options.question;
+    let check = check_command(scenario, keys, *seed, plan.file());
+    Ok(match check {
+        Some(check) => answer.next("which method and settings have the smallest error", check),
+        None => answer,
+    })
+}
+
+/// Returns for each limit the smallest value of its measure that was found, with the value of the key at which it was.
+fn nearest(key: &str, limits: &Limits, judged: &[Judged]) -> Vec<String> {
+    let of = |(number, limit): (usize, &Limit)| {
+        let finite = |one: &&Judged| one.measures[number].value.is_finite();
+        let by = |a: &&Judged, b: &&Judged| a.measures[number].value.total_cmp(&b.measures[number].value);
+        let best = judged.iter().filter(finite).min_by(by)?;
+        let Estimate { value, .. } = best.measures[number];
+        let scale = scale(limit.measure, value);
+        let gap = if scale.unit == "°" { "" } else { " " };
+        Some(format!(
+            "smallest {}: {}{gap}{}, at {key} = {}",
+            limit.measure,
+            rounded_to_three(scale.number(value)),
+            scale.unit,
+            shown(key, best.value)
+        ))
+    };
+    limits.0.iter().enumerate().filter_map(of).collect()
+}
+
+/// Returns a number in three digits.
+fn rounded_to_three(value: f64) -> String {
+    short(format!("{value:.2e}").parse().unwrap_or(value))
 }
 
 /// Returns the range of a key in SI units: the requested one, or the default around the scenario's value.
@@ -271,7 +302,8 @@ fn answer(
     let (headline, mut details, tone) = match found {
         Found::Nowhere => {
             json["answer"] = "no value meets it".into();
-            (format!("No value of {key} {looked}{possible} meets {limits}"), Vec::new(), Tone::Bad)
+            let nearest = nearest(key, limits, &asked.judged);
+            (format!("No value of {key} {looked}{possible} meets {limits}"), nearest, Tone::Bad)
         }
         Found::Everywhere => {
             json["answer"] = "every value meets it".into();

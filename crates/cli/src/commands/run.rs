@@ -13,7 +13,7 @@ use standstill_campaign::store::{
     Earlier, Identity, Journal, JournalError, Keep, Row, Shard, Shards, Sweep as Trials, Tally, beside,
 };
 use standstill_files::read_text;
-use standstill_quantity::Quantity;
+use standstill_quantity::{Quantity, count};
 use standstill_scenario::{Document, Origin, Plan};
 
 use self::earlier::Found;
@@ -297,7 +297,7 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
         read_text(&path).map_err(|error| Error::Read(path, error))?
     } else {
         crate::results::say_extension(&options.out);
-        let trials = identity.trials;
+        let trials = count(identity.trials);
         format!("{} has the results of {trials} trials; nothing to do.\n", options.out.display())
     };
     Ok(Some(Report { text, code }))

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::json;
 use standstill_campaign::store::{ShardsError, State, Survey};
+use standstill_quantity::count;
 
 use crate::arguments::Status;
 use crate::results::{Begun, SUMMARY, SummaryFile, Tables};
@@ -98,7 +99,7 @@ fn finished(folder: &Path, as_json: bool) -> Result<Report, Error> {
         format!("{:#}\n", json!({ "run": run, "counts": counts, "array": null, "shards": [] }))
     } else {
         let points = if run.points == 1 { String::new() } else { format!(" at {} points", run.points) };
-        format!("a finished run: {trials} trials{points}; nothing is left to do\n")
+        format!("a finished run: {} trials{points}; nothing is left to do\n", count(trials))
     };
     Ok(Report { text, code: 0 })
 }

@@ -4,7 +4,7 @@ use serde_json::json;
 use standstill_analysis::subset::Run;
 use standstill_analysis::{Anatomy, Draw, Estimator as By, Event, Odds, Sector};
 use standstill_campaign::Estimate;
-use standstill_quantity::{magnitude, rounded};
+use standstill_quantity::{count, magnitude, rounded};
 use standstill_report::page::{Block, Column, Section, Table, Tone};
 
 use crate::answer::{Answer, Record, Records, verdict};
@@ -36,15 +36,30 @@ fn cells(sector: &Sector) -> Vec<String> {
     ]
 }
 
+/// Formats a large number of trials in two digits.
+pub(super) fn about(trials: f64) -> String {
+    let two = format!("{trials:.1e}").parse().unwrap_or(trials);
+    if two < 1e6 { count(two) } else { format!("{} million", rounded(two, -6)) }
+}
+
+/// Formats a ratio in words, in two digits from 10 on.
+pub(super) fn times(ratio: f64) -> String {
+    if ratio < 1.5 {
+        return "about".to_owned();
+    }
+    let two = format!("{ratio:.1e}").parse().unwrap_or(ratio);
+    format!("{} times", if two < 10.0 { two.round().to_string() } else { count(two) })
+}
+
 fn method(odds: &Odds) -> String {
     let how = match odds.estimator {
         By::Subset => format!(
             "by subset simulation: {} runs of up to {} levels, {} trials",
             odds.runs.len(),
             odds.levels,
-            odds.trials
+            count(odds.trials)
         ),
-        By::Plain => format!("by {} plain trials ({} trials in all)", odds.plain, odds.trials),
+        By::Plain => format!("by {} plain trials ({} trials in all)", count(odds.plain), count(odds.trials)),
     };
     let interval = if odds.widened { "[interval widened, for it is doubtful]" } else { "[95 % interval]" };
     if odds.probability.value > 0.0 { format!("{interval}, {how}") } else { how }
@@ -58,7 +73,7 @@ fn one_in(p: &Estimate) -> Option<String> {
     let digits = usize::try_from(behind.clamp(0, 2)).unwrap_or(0);
     let often = (p.value > 0.0).then(|| format!("{:.digits$e}", 1.0 / p.value).parse::<f64>().ok())??;
     let (unit, name) = NAMES.into_iter().find(|(unit, _)| often >= *unit).unwrap_or((1.0, ""));
-    Some(format!("one in {}{name} starts", rounded(often / unit, 0)))
+    Some(format!("one in {}{name} starts", count(rounded(often / unit, 0))))
 }
 
 /// Returns the phrase that names the starts to which the probability refers.
@@ -102,7 +117,7 @@ fn rarity(event: Event, odds: &Odds) -> String {
         By::Subset => "reached",
         By::Plain => "seen",
     };
-    let (most, plain) = (probability(odds.probability.high), odds.plain);
+    let (most, plain) = (probability(odds.probability.high), count(odds.plain));
     format!("{event}: not {how}, at most {most} (97.5 %, none in {plain} plain trials)")
 }
 

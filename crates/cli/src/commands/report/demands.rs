@@ -2,7 +2,7 @@
 
 use standstill_analysis::{COUNTED, Demands};
 use standstill_campaign::{Summary, binomial_interval};
-use standstill_quantity::at_most;
+use standstill_quantity::{at_most, count};
 use standstill_scenario::Rotor;
 
 use super::verdict::Poles;
@@ -125,7 +125,8 @@ pub fn more(run: &FinishedRun) -> String {
         ("wrong-pole", "wrong poles")
     };
     format!(
-        "{COUNTED} starts show all of it if they go on so: `standstill run {scenario} --trials {COUNTED} --resume{} --out {folder}`{note}; `standstill odds {scenario} --event {event}` finds rare {rare} with fewer",
+        "{} starts show all of it if they go on so: `standstill run {scenario} --trials {COUNTED} --resume{} --out {folder}`{note}; `standstill odds {scenario} --event {event}` finds rare {rare} with fewer",
+        count(COUNTED),
         run.format_option()
     )
 }

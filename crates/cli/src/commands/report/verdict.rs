@@ -1,6 +1,7 @@
 //! The verdict on a run as one line, and its reasons.
 
 use standstill_campaign::Summary;
+use standstill_quantity::count;
 use standstill_report::page::Tone;
 
 use super::demands::{DEMANDS, Standing, counted, demands, more, percent, whose, why};
@@ -57,7 +58,7 @@ fn silence(s: &Summary) -> Option<String> {
     let why = most.map_or_else(String::new, |(reason, times)| {
         if times.count == silent { format!(" ({reason})") } else { format!(" (most often: {reason})") }
     });
-    Some(format!("{silent} of {} starts {what}{why}", s.trials))
+    Some(format!("{} of {} starts {what}{why}", count(silent), count(s.trials)))
 }
 
 /// Whether poles are judged, and on what basis.

@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 
 use standstill_analysis::{Candidate, Condition, Demand, Suitability};
+use standstill_quantity::count;
 use standstill_scenario::Rotor;
 
 use super::{amperes, factor, percent, share};
@@ -86,7 +87,7 @@ pub fn confirmed(found: &Suitability) -> Option<String> {
     let moved = movement(found.rotor, fresh.moved_deg);
     Some(format!(
         "On {} fresh starts {states} (seed {}): 95 of 100 errors within {:.2}°{beyond}, at most {} without {without} ({:.0} % confidence each){poles}. {moved}{} A flowed at most.",
-        fresh.starts,
+        count(fresh.starts),
         fresh.seed,
         fresh.p95_at_most_deg,
         share(fresh.without_angle_at_most),

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use standstill_analysis::{Advice, Alternative, Candidate, Suitability, Suited, Way};
+use standstill_quantity::count;
 use standstill_report::page::Block;
 
 use super::{amperes, milliseconds, setting};
@@ -57,7 +58,7 @@ fn changes(found: &Suitability) -> Vec<Block> {
             "{} meets all demands on the fresh starts that were tried, but {}. {} starts show whether it holds.",
             setting(&open.setting),
             open.objections.join("; "),
-            starts
+            count(starts)
         ))];
     }
     let (helps, not): (Vec<_>, Vec<_>) = found.advice.iter().partition(|advice| advice.helps.is_some());
