@@ -3,6 +3,8 @@
 mod advice;
 mod junit;
 mod manifest;
+#[cfg(test)]
+mod tests;
 mod words;
 
 use standstill_analysis::Halt;
