@@ -123,7 +123,9 @@ export async function doubtful({ address }) {
   const page = await open(`${address}#detector.method=bipolar&sensors.noise=20+A`, 'doubtful');
   await settled(page);
   const said = await page.evaluate(() => document.querySelector('.outcome').textContent);
-  expect(said.includes('is it meant so?') && said.includes('sensors.noise is 20 A'), `no doubt about 20 A of noise: ${said}`);
+  const lines = await page.evaluate(() => [...document.querySelectorAll('.outcome dt')].map(name => Math.round(name.getBoundingClientRect().height / parseFloat(getComputedStyle(name).fontSize))));
+  expect(lines.every(height => height <= 2), `a name of the outcome has more than one line: ${lines}`);
+  expect(said.includes('meant so?') && said.includes('sensors.noise is 20 A'), `no doubt about 20 A of noise: ${said}`);
   await page.close();
 }
 

@@ -18,7 +18,7 @@ export function detection(side, of, both) {
     of.pole_evidence && ['pole evidence', `${number(of.pole_evidence[0])} σ, needed ${number(of.pole_evidence[1])}`],
     of.angle_deviation !== null && of.angle_deviation !== undefined && ['it claims', `± ${number(of.angle_deviation)}°`],
     of.reason && ['why', of.reason],
-    ...(of.doubts ?? []).map(doubt => ['is it meant so?', doubt]),
+    ...(of.doubts ?? []).map(doubt => ['meant so?', doubt]),
   ].filter(Boolean);
   return make('div', { class: `outcome ${side} ${wrong ? 'bad' : of.outcome === 'found' ? 'good' : 'odd'}` },
     make('p', { class: 'headline' }, both ? make('i', { class: `dot ${side}` }) : null, both ? `${side.toUpperCase()} ` : '', head),

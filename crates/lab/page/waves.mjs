@@ -159,7 +159,8 @@ export class Waves {
       const most = Math.max(Math.abs(low), Math.abs(high), 1e-6);
       [low, high] = [-most, most];
     }
-    const room = Math.max((high - low) * 0.08, 1e-9 + Math.abs(high) * 1e-6);
+    // Of currents that are all zero, a range of 1 A; nine decimals fit beside no axis.
+    const room = high === 0 && low === 0 ? 1 : Math.max((high - low) * 0.08, 1e-9 + Math.abs(high) * 1e-6);
     return [low - room, high + room];
   }
 
