@@ -46,7 +46,7 @@ pub(super) fn saturation(fit: &Fit) -> Option<String> {
 pub(super) fn law(fit: &Fit) -> Option<String> {
     let is_measured = fit.parameters.iter().any(|one| one.name.starts_with("saturation") && one.identified);
     is_measured.then(|| {
-        "Intervals of saturation contain three laws of iron where the readings do not tell these apart: a knee, a series, and one that saturates late and steeply (docs/notes/fit-coverage.txt).".to_owned()
+        "Intervals of saturation contain three laws of iron where the readings do not tell these apart: a knee, a series, and one that saturates late and steeply. Iron that is steeper still may fall by more than they say (docs/notes/fit-coverage.txt).".to_owned()
     })
 }
 
