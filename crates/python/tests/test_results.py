@@ -61,10 +61,11 @@ def test_law_files_from_python_have_the_bytes_of_the_command_line(tmp_path: Path
 
 
 def test_law_a_page_shows_its_charts_as_they_are_drawn(tmp_path: Path) -> None:
+    """The next commands name the scenario's file, which is `scenario.toml` from Python."""
     budget = 'detector.method = "line-inductance-fast"\n'
     st.budget(budget, pairs=100, out=tmp_path / "b", progress=False)
-    (tmp_path / "s.toml").write_text(budget)
-    command_line("budget", "s.toml", "--pairs", "100", "--out", "a", cwd=tmp_path)
+    (tmp_path / "scenario.toml").write_text(budget)
+    command_line("budget", "scenario.toml", "--pairs", "100", "--out", "a", cwd=tmp_path)
     a, b = ((tmp_path / of / "budget.html").read_text() for of in "ab")
     assert len(a) > 1_500_000 > 500_000 > len(b), (len(a), len(b))
     # Each chart has its drawing, which is what paper and readers without scripts see too.
@@ -436,9 +437,9 @@ def test_law_a_trace_is_fitted_as_by_the_command_line(tmp_path: Path) -> None:
 def test_law_failure_modes_are_those_of_the_command_line(tmp_path: Path) -> None:
     """An open wire leaves one line to measure: no start. A weak magnet changes no inductance: nothing is wrong, some poles may stay open."""
     scenario = '[detector]\nmethod = "bipolar"\n'
-    (tmp_path / "s.toml").write_text(scenario)
+    (tmp_path / "scenario.toml").write_text(scenario)
     words = ["--mode", "phase-open", "--mode", "magnet-weak", "--method", "bipolar", "--trials", "30", "--out", "a", "--json"]
-    said = json.loads(command_line("faults", "s.toml", *words, cwd=tmp_path))
+    said = json.loads(command_line("faults", "scenario.toml", *words, cwd=tmp_path))
     modes = ["phase-open", "magnet-weak"]
     answer = st.faults(
         scenario, mode=modes, method="bipolar", trials=30, out=tmp_path / "b"
