@@ -43,3 +43,18 @@ fn law_each_trial_runs_once_with_and_without_checks_whatever_the_blocks() {
         in_blocks((&with, None), 0..3, 2, &Counting::default(), |with, alone| (with.len(), alone.len()));
     assert!(alone.is_ok_and(|alone| alone == [(2, 0), (1, 0)]));
 }
+
+/// Of four starts that a fault harms three end without an answer; right answers count for nothing.
+#[test]
+fn analytic_the_share_of_refused_starts_leaves_out_right_answers() {
+    let reasons = [("too little current", 2), ("the rotor turns", 1)];
+    let unanswered = reasons.map(|(reason, count)| (reason.to_owned(), count)).into_iter().collect();
+    let counts = Counts { trials: 11, right: 7, beyond: 1, unanswered, ..Counts::default() };
+    let share = counts.refused_share().expect("harmed starts");
+    assert_eq!((share.value, share.high), (0.75, 1.0));
+    // At the lower end p, three or four of four have a probability of 5 %: 4 p³ − 3 p⁴.
+    let p = share.low;
+    assert!((p * p * p * (4.0 - 3.0 * p) - 0.05).abs() < 1e-9, "{p}");
+    assert_eq!(counts.ended_by(&["too little current", "current sensors disagree"]), 2);
+    assert_eq!(Counts { trials: 5, right: 5, ..Counts::default() }.refused_share(), None);
+}
