@@ -240,6 +240,8 @@ impl Parameter {
             EddyTime => self.get(point),
             EddyDepthAlong | EddyDepthAcross => 0.1,
             DeadTime => 1e-6,
+            // The logarithm of a bias.
+            SaturationAgainst if point.plant.law == Law::Steep => 1.5,
             SaturationAlong | SaturationAgainst | SaturationAcross if point.plant.law != Law::Series => {
                 PLAUSIBLE_FALL
             }

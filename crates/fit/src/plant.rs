@@ -25,8 +25,7 @@ pub enum Law {
     /// [`Algebraic::falling`]: the law of iron, as in a data sheet's `[nameplate]`. The three numbers are the falls of L_d along
     /// +d and −d and of L_q.
     Iron,
-    /// [`steep::core`]: iron that saturates later and more steeply than the others. The three numbers are the shares by which the inverse
-    /// inductances grow from zero current to the flux of the current I without saturation, along +d, −d and q.
+    /// [`steep::core`]: iron that saturates later and more steeply than the others. The three numbers are its.
     Steep,
 }
 

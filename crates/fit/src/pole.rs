@@ -7,6 +7,7 @@ use super::parameters::{Parameter, Point};
 use super::plant::Law;
 use super::result::Pole;
 use super::start::falls_of;
+use super::steep;
 use super::{FitError, POLE_DEVIATIONS, Solved, Start, TWO_SIDED_95, Work};
 
 /// Applicability of the law of iron.
@@ -100,7 +101,7 @@ pub(super) fn with_iron(
         }
     };
     if is_whole && best.converged {
-        others.extend(steep(work, &best)?);
+        others.extend(of_steep_iron(work, &best)?);
     }
     work.scatter.clone_from(&best.scatter);
     work.problem.free.clone_from(&best.free);
@@ -109,13 +110,12 @@ pub(super) fn with_iron(
 
 /// Solves with the law of steep iron, which begins with the best solution's falls. Returns none if that law makes the readings clearly less
 /// likely, or is none of this core.
-fn steep(work: &mut Work, best: &Solved) -> Result<Option<Found>, FitError> {
+fn of_steep_iron(work: &mut Work, best: &Solved) -> Result<Option<Found>, FitError> {
     let Some(falls) = best.point.plant.falls(&work.problem.frame) else { return Ok(None) };
     let mut from = best.point.clone();
     from.plant.law = Law::Steep;
     let [along, _, across] = falls.map(|fall| fall / (1.0 - fall));
-    // The other laws take such iron for one that saturates along −d, too.
-    from.plant.saturation = [along, -0.05 * along, across.max(0.0)];
+    from.plant.saturation = [along, steep::BEGIN, across.max(0.0)];
     if from.plant.core(&work.problem.frame).is_none() {
         return Ok(None);
     }

@@ -1,6 +1,6 @@
 //! A law of iron that saturates late and steeply: nearly exponential in the flux.
 
-use standstill_numeric::power;
+use standstill_numeric::{exp, power};
 use standstill_plant::{Algebraic, IronBridge};
 
 /// Power W of the flux with which the inverse inductance grows. `(1 + t x)^W` is `e^(W t x)` within a few per cent where t x is small,
@@ -11,17 +11,25 @@ const POWER: u8 = 16;
 /// its square alone, above it both directions are alike.
 const BIAS: [f64; 2] = [1e-3, 1e3];
 
-/// Returns the core whose inverse inductances grow by these shares from zero current to the flux `L_d I` along +d, to `−L_d I` along −d and
-/// to `L_q I` along q (the latter besides what the flux along q adds to the iron's on the d-axis), for inductances in H and a current I in A:
+/// Natural logarithm of t with which a search begins.
+pub const BEGIN: f64 = -1.6;
+
+/// Returns the core for inductances in H and a current I in A. The three numbers are the share by which the inverse of L_d grows from zero
+/// current to the flux `L_d I` along +d; the natural logarithm of t; and the share by which the inverse of L_q grows to the flux `L_q I`
+/// along q, besides what that flux adds to the iron's on the d-axis:
 ///
 /// ```text
 /// L_d di_d/dψ_d = 1 + c [(1 + t x)^W − 1],  x = δ_d/(L_d I),  on the d-axis
 /// ```
 ///
 /// with δ_d the flux linkage in Wb besides the magnet's. The iron is isotropic: it is driven by the flux's magnitude, whatever its direction.
-/// Returns none if no c and t have these shares.
-pub fn core([l_d, l_q]: [f64; 2], current: f64, [along, against, across]: [f64; 3]) -> Option<Algebraic> {
-    let (bias, share) = bias(along, against)?;
+/// Returns none if the first share is not positive or t is out of its range.
+pub fn core([l_d, l_q]: [f64; 2], current: f64, [along, bias, across]: [f64; 3]) -> Option<Algebraic> {
+    let bias = exp(bias);
+    if along <= 0.0 || !(BIAS[0]..BIAS[1]).contains(&bias) {
+        return None;
+    }
+    let share = along / (power(1.0 + bias, POWER) - 1.0);
     let units = [l_d * current, l_q * current];
     // The iron's flux at rest, of which δ_d is a share t x.
     let iron = units[0] / bias;
@@ -43,24 +51,6 @@ pub fn core([l_d, l_q]: [f64; 2], current: f64, [along, against, across]: [f64; 
     })
 }
 
-/// Returns t and c; none if the core does not saturate more along +d than along −d.
-fn bias(along: f64, against: f64) -> Option<(f64, f64)> {
-    let grown = |t: f64, x: f64| power(1.0 + t * x, POWER) - 1.0;
-    // From nearly −1, where the law is a straight line, to nearly 1, where both directions are alike.
-    let ratio = |t: f64| grown(t, -1.0) / grown(t, 1.0);
-    let [mut low, mut high] = BIAS;
-    let asked = against / along;
-    if !(along > 0.0 && ratio(low) < asked && asked < ratio(high)) {
-        return None;
-    }
-    for _ in 0..60 {
-        let middle = (low * high).sqrt();
-        if ratio(middle) < asked { low = middle } else { high = middle }
-    }
-    let t = (low * high).sqrt();
-    Some((t, along / grown(t, 1.0)))
-}
-
 #[cfg(test)]
 mod tests {
     use standstill_interface::Dq;
@@ -73,8 +63,9 @@ mod tests {
     #[test]
     fn analytic_inverse_inductances_grow_by_the_shares_given() {
         let (l, current) = ([60e-6, 100e-6], 20.0);
-        for shares in [[0.12, -0.03, 0.05], [0.3, -0.2, 0.0], [0.1, 0.08, 0.02]] {
-            let algebraic = core(l, current, shares).expect("a core");
+        for (shares, t) in [([0.12, 0.05], 0.2), ([0.3, 0.0], 0.05), ([0.1, 0.02], 1.5)] {
+            let algebraic =
+                core(l, current, [shares[0], standstill_numeric::ln(t), shares[1]]).expect("a core");
             let circuit = MagneticCircuit::new(Core::Algebraic(algebraic)).expect("a circuit");
             let rest = 3.0 * l[0] * current;
             let at = |x: f64, y: f64| {
@@ -88,18 +79,20 @@ mod tests {
             near(zero.inverse_inductance.xx * l[0], 1.0);
             near(zero.inverse_inductance.yy * l[1], 1.0);
             near(at(1.0, 0.0).inverse_inductance.xx * l[0], 1.0 + shares[0]);
-            near(at(-1.0, 0.0).inverse_inductance.xx * l[0], 1.0 + shares[1]);
+            let share = shares[0] / (power(1.0 + t, POWER) - 1.0);
+            near(at(-1.0, 0.0).inverse_inductance.xx * l[0], 1.0 + share * (power(1.0 - t, POWER) - 1.0));
             // The iron on the d-axis adds to the third.
-            assert!(at(0.0, 1.0).inverse_inductance.yy * l[1] > 1.0 + shares[2]);
+            assert!(at(0.0, 1.0).inverse_inductance.yy * l[1] > 1.0 + shares[1]);
         }
-        assert_eq!((core(l, current, [0.1, -0.11, 0.0]), core(l, current, [-0.1, 0.0, 0.0])), (None, None));
+        assert_eq!((core(l, current, [0.1, 8.0, 0.0]), core(l, current, [-0.1, BEGIN, 0.0])), (None, None));
     }
 
     /// With the same growth at ±L_d I, this law grows less at half of it than a square does: it is later and steeper.
     #[test]
     fn law_it_is_steeper_than_the_series() {
-        let (along, against) = (0.12, -0.03);
-        let (t, c) = bias(along, against).expect("a core");
+        let (along, t) = (0.12, 0.2);
+        let c = along / (power(1.0 + t, POWER) - 1.0);
+        let against = c * (power(1.0 - t, POWER) - 1.0);
         let half = c * (power(1.0 + 0.5 * t, POWER) - 1.0);
         // The series: 2 β x + 3 γ x² with the same values at ±1.
         let [linear, square] = [(along - against) / 2.0, (along + against) / 2.0];
