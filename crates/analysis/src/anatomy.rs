@@ -22,7 +22,8 @@ const LEAST_SHARE: f64 = 0.02;
 /// Sectors and draws of the starts in which the event happened.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Anatomy {
-    /// Sectors with enough starts, the most probable first.
+    /// Sectors of the rotor angle with at least 20 starts in which the event happened, the one with the largest share of the
+    /// event first.
     pub sectors: Vec<Sector>,
     /// Draws of a typical start: of all starts in the most probable sector, the one whose draws are nearest to the sector's means. None if
     /// no sector has enough starts.

@@ -76,7 +76,8 @@ impl Look {
         self.shares.iter().map(of).fold(0.0, f64::max)
     }
 
-    /// Returns true if the limits hold at this point of the intervals.
+    /// Returns true if all limits hold, with each measure at the point of its confidence interval that `view` selects. A result that was
+    /// clear early decides by itself.
     fn holds(&self, view: View) -> bool {
         self.clear.unwrap_or_else(|| self.worst(view) <= 1.0)
     }

@@ -51,7 +51,7 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// The paper, end to end: its tables audited and simulated, its error over all rotor angles
+    /// Reproduce the paper: audit its tables, simulate them, and compute the angle error of its method over all rotor angles
     #[cfg(feature = "program")]
     Reproduce(Reproduce),
     /// One detection, every waveform
@@ -147,8 +147,8 @@ pub struct Reproduce {
 /// Choice between the two decays of the pulses' current in the paper's method.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct PaperDecay {
-    /// The paper's method, and how its pulses' current decays: slow by the zero vector (the paper), fast with all gates off
-    /// [key: detector.method, line-inductance or line-inductance-fast; without a scenario: slow]
+    /// Use the paper's method, with this decay of the current after each pulse: slow, by the zero vector, as in the paper, or fast, with
+    /// all gates off [sets detector.method to line-inductance or line-inductance-fast; default without a scenario: slow]
     #[arg(long, value_parser = choice::<Decay>())]
     pub decay: Option<Decay>,
 }

@@ -121,7 +121,8 @@ impl Entry {
         })
     }
 
-    /// Returns the entry with the keys that set the onset of its fault, drawn between 0 and `duration`: the duration of a detection in s.
+    /// Returns a copy of the entry with further keys, by which each trial draws the onset of its fault between 0 and `duration`, the duration
+    /// of a detection in s.
     ///
     /// ```
     /// use std::path::Path;

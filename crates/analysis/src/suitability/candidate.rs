@@ -45,8 +45,8 @@ pub struct Candidate {
     pub wanting: Option<Wanting>,
     /// Margins by which the demands are met; none if the method cannot be set up.
     pub margins: Option<Margins>,
-    /// The binding demand: for a method that suits the motor, the demand with the smallest margin; for another method, the demand that
-    /// forbids stronger pulses. None if the DC-link voltage or the longest pulse limits the current instead.
+    /// The demand that decides the verdict. If the method suits the motor: the demand with the smallest margin. If it does not: the demand
+    /// that rules out stronger pulses. None if the DC-link voltage or the longest pulse limits the current instead.
     pub binding: Option<Demand>,
     /// Key of the detector by which the user set the current, so that no larger current was tried; none if the current was searched.
     pub given: Option<&'static str>,

@@ -10,7 +10,7 @@ use crate::{Halt, Watch};
 /// Number of bounds on the second measure; for each, the first measure is minimised below this bound.
 const VALUES: usize = 6;
 
-/// Largest number of points that are drawn on the front.
+/// Largest number of points that are selected from the Pareto front.
 const MOST: usize = 14;
 
 /// Returns settings along the Pareto front, according to the search's own trials. The first measure is minimised while

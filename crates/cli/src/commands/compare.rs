@@ -31,7 +31,8 @@ use crate::{doubts, figures};
 /// Number of angles, 22.5° apart, at which the Cramér–Rao limit is computed.
 const ANGLES: usize = 16;
 
-/// Number of angles for methods without line pulses, whose detections are long: computing their limit takes about as long as their trials.
+/// Number of rotor angles of the Cramér–Rao limit for methods without line pulses. It is small because their detections are long:
+/// computing the limit takes about as long as the trials.
 const FEW_ANGLES: usize = 8;
 
 /// Returns true if the motor has a magnet, but its data do not suffice to tell its poles apart.

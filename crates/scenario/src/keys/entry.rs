@@ -129,8 +129,8 @@ impl Key {
         self.draws.is_some() && (self.applies)(scenario) && (self.drawn)(scenario) && !zero
     }
 
-    /// Formats a number of this key in SI units with a suitable prefix; a share in per cent if `needed`, the
-    /// description of the range, has a `%`.
+    /// Formats a number of this key in SI units with a suitable prefix. `needed` describes the allowed range: if it contains a `%`, a
+    /// dimensionless number is shown in per cent.
     pub(super) fn readable(&self, value: f64, needed: &str) -> String {
         let dimension = match self.values() {
             Values::Number { unit, .. } => Dimension::of_symbol(unit),

@@ -78,7 +78,7 @@ pub struct Control<'a> {
     pub(super) found: f64,
     /// Whether time has passed since the link's voltage was last updated.
     pub(super) stale: bool,
-    /// Whether the run has not begun, so that the observer has not seen its initial state.
+    /// True until the run begins: the observer, which receives the run's states, has not yet received the initial one.
     first: bool,
     /// Error with which the first command ends if the case has no initial state (its iron's remanence cannot be balanced); else none.
     pub(super) nowhere: Option<RunError>,

@@ -241,7 +241,7 @@ mod tests {
         assert_eq!(said(1.234e-10, 0.3), starts("8.1 billion"));
         assert_eq!(said(1.0 / 64.2, 0.06), starts("64"));
         assert_eq!(said(0.4, 0.01), starts("2.5"));
-        assert_eq!(said(4.954e-5, 0.01), starts("20200"));
+        assert_eq!(said(4.954e-5, 0.01), starts("20,200"));
         assert_eq!(said(0.0, 0.0), None);
     }
 
@@ -267,7 +267,7 @@ mod tests {
         let starts = Silence { answers: Answers { starts: 1000, ..Answers::default() }, needs: Needs::Angle };
         let answer = answer("setting".to_owned(), Event::Failed, false, &odds, &none, &starts);
         let text = answer.text();
-        let headline = "failed: not reached, at most 1.15e-4 (97.5 %, none in 32000 plain trials)\n";
+        let headline = "failed: not reached, at most 1.15e-4 (97.5 %, none in 32,000 plain trials)\n";
         assert!(text.contains(headline) && text.contains("the runs gave up at 1e-16"), "{text}");
         assert!(!text.contains("interval"), "{text}");
         assert!(
