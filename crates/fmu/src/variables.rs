@@ -357,7 +357,8 @@ fn number(value: Option<Value>) -> Option<f64> {
 /// simulation.
 fn about(of: &str) -> String {
     let about = of.replace('\n', " ").replace("the start of the detection", "the start");
-    about.split(" Without it").next().unwrap_or_default().to_owned()
+    let end = [" Without it", " Default: "].iter().filter_map(|word| about.find(word)).min();
+    about[..end.unwrap_or(about.len())].to_owned()
 }
 
 /// Returns a key that is a number, in a unit that FMI has.

@@ -150,7 +150,7 @@ const TOP: &[Key] = &[
     ),
     Key {
         range: Some(Range::new(1.0, i64::MAX as f64, "at least 1", "statistics need a trial").whole()),
-        ..Key::of("trials", "How many trials, or how many at each point of the axes.", || Values::Whole)
+        ..Key::of("trials", "Number of trials, at each point if there are axes.", || Values::Whole)
     },
     Key {
         range: Some(
@@ -173,7 +173,7 @@ const TOP: &[Key] = &[
         )),
         ..Key::of(
             "limit",
-            "The angle error whose exceedance is counted, wrong poles included. Without it, 2°.",
+            "Angle error in degrees: trials with a larger error, wrong poles included, are counted. Default: 2°.",
             <Quantity<Degree> as Written>::values,
         )
     },

@@ -107,6 +107,7 @@ fn law_what_two_variables_say_of_one_thing_is_one_number() {
                 // Each stands alone, and nothing is left out of an FMU or detected in it.
                 for word in [
                     "Without it",
+                    "Default: ",
                     "detection",
                     "Its ",
                     " its slope",

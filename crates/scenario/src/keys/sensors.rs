@@ -276,7 +276,7 @@ table! {
         timer_error: Quantity<Share> [scenario.sensors.comparator.timer_error] {
             range: Some(CLOCK), draws: Some((Purpose::CaptureTimer, 0..1)), applies: captures, drawn: captures, example: "\"0.3 %\"",
         };
-        /// Current at which the comparators switch the drive off until the end of the detection, as an overcurrent trip. 0: no trip.
+        /// Current at which the comparators switch the drive off for the rest of the run, as an overcurrent trip. 0: no trip.
         trip: Quantity<Ampere> [scenario.sensors.comparator.trip] { range: Some(NOT_NEGATIVE), example: "\"0 A\"" };
         /// Standard deviation of the offset of each comparator.
         comparator_offset: Quantity<Ampere> [scenario.sensors.comparator.offset] {
