@@ -323,7 +323,7 @@ class SensorsTable(TypedDict, total=False):
     timer: Union[float, str]
     #: Standard deviation of the frequency of that timer's clock, as a share.
     timer_error: Union[float, str]
-    #: Current at which the comparators switch the drive off until the end of the detection, as an overcurrent trip. 0: no trip.
+    #: Current at which the comparators switch the drive off for the rest of the run, as an overcurrent trip. 0: no trip.
     trip: Union[float, str]
 
 class StopTable(TypedDict, total=False):
