@@ -31,13 +31,13 @@ pub struct Answer {
     pub title: String,
     /// Motor, method and conditions, which are the first paragraph of the text and the subtitle of the page.
     pub setting: String,
-    /// Sections with verdict, tables and sentences.
+    /// Sections of the answer: verdict, tables and sentences.
     pub sections: Vec<Section>,
     /// Figures, each with its file name and caption.
     pub figures: Vec<(String, Figure, String)>,
     /// The numbers as JSON.
     pub json: Value,
-    /// The rows of the CSV file; none for answers whose only files are the page and its figures.
+    /// Rows of the CSV file. None for an answer whose only files are the page and its figures.
     pub csv: Option<Records>,
     /// Further files, each with name and content.
     pub files: Vec<(&'static str, Vec<u8>)>,
@@ -50,24 +50,24 @@ pub struct Answer {
 /// A command that is possible after an answer.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Next {
-    /// Purpose of the command, such as `to see the worst start`.
+    /// Purpose of the command as a phrase, such as `to see the worst start`, the simulated motor start with the largest error.
     pub purpose: String,
     /// Command line.
     pub command: String,
 }
 
-/// The context of an answer that its page and files need: scenario, command lines, question and long tables.
+/// Data that the page and the files of an answer need in addition to the answer itself: scenario, command lines, question and long tables.
 #[derive(Default)]
 pub struct Made<'a> {
-    /// The scenario; none for answers about several scenarios.
+    /// The scenario. None for an answer about several scenarios.
     pub setup: Option<Setup<'a>>,
-    /// Subtitle of the page, for answers whose text begins with the verdict.
+    /// Subtitle of the page. It is used if the answer's text begins with the verdict, so that the text itself has no subtitle.
     pub subtitle: String,
-    /// Further facts for the page, each with name and value, after those of the scenario.
+    /// Facts that the page lists after the facts of the scenario. Each has a name and a value.
     pub facts: Vec<(String, String)>,
     /// Command lines that reproduce the answer.
     pub command: String,
-    /// The question that the files answer, stored in a note beside the files; none if their JSON contains the question.
+    /// The question that the files answer. It is stored in a file beside them. None if the JSON of the answer contains the question.
     pub asked: Option<NotedQuestion>,
     /// Tables that are too long for memory; they are written before all other files.
     pub tables: Vec<TableFile<'a>>,
@@ -118,7 +118,7 @@ impl Answer {
         text + &sections(&self.sections)
     }
 
-    /// Writes the answer's files into `folder`, if one is given. Returns the text to print, or the JSON if `as_json`.
+    /// Writes the answer's files if `folder` is given. Returns the text to print, which is the JSON if `as_json` is true.
     pub fn report(self, folder: Option<PathBuf>, as_json: bool, made: &Made<'_>) -> Result<Report, Error> {
         let (code, json) = (self.code, format!("{:#}\n", self.json));
         let mut text = if as_json { String::new() } else { self.text() };
@@ -204,7 +204,7 @@ impl Answer {
     }
 }
 
-/// Formats the commands that are possible next for terminals, below an empty line; empty without any.
+/// Formats the proposed next commands as text for terminals. The text begins with an empty line. It is empty if there are no commands.
 pub fn next_lines(next: &[Next]) -> String {
     let lines = next.iter().map(|Next { purpose, command }| format!("  {purpose}\n    {command}\n"));
     let lines: String = lines.collect();
@@ -216,7 +216,7 @@ pub fn verdict(tone: Tone, headline: impl Into<String>, details: Vec<String>) ->
     Block::Verdict { tone, headline: headline.into(), details }
 }
 
-/// Formats sections as text for terminals; sections that belong only on pages are left out.
+/// Formats sections as text for terminals. Sections that are meant for the page only are left out.
 pub fn sections(sections: &[Section]) -> String {
     let mut text = String::new();
     for (k, section) in sections.iter().filter(|section| !section.aside).enumerate() {
@@ -228,7 +228,7 @@ pub fn sections(sections: &[Section]) -> String {
     text
 }
 
-/// Appends an empty line, unless there is one already or the text is empty.
+/// Appends an empty line. Does nothing if the text is empty or already ends with an empty line.
 fn gap(text: &mut String) {
     if !text.is_empty() && !text.ends_with("\n\n") {
         text.push('\n');

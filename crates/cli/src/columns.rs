@@ -8,8 +8,8 @@ use standstill_quantity::si_value;
 use standstill_scenario::Point;
 use standstill_table::{Cell, Column, Kind};
 
-/// Name of the column with half the width, in degrees, of the sector that a trial's answer names. It is the last column
-/// of a trial, present only if answers are sectors.
+/// Name of the last column of a trial. If the method answers with a sector, the column has half the sector's width in degrees. Otherwise
+/// the column does not exist.
 pub const HALF_SECTOR: &str = "half_sector_deg";
 
 /// Function from a trial's row to its cell in a column.
@@ -33,12 +33,12 @@ const TRIAL: [(&str, Kind, Value); 14] = [
     (HALF_SECTOR, Kind::Number, |row| row.half_sector_deg.into()),
 ];
 
-/// Number of columns of a trial; `in_sectors`: whether answers are sectors.
+/// Returns the number of columns of a trial. `in_sectors` is true if the method answers with sectors.
 fn count(in_sectors: bool) -> usize {
     TRIAL.len() - usize::from(!in_sectors)
 }
 
-/// Returns the columns of a trial in files of trials; `in_sectors`: whether answers are sectors.
+/// Returns the columns of a trial in files of trials. `in_sectors` is true if the method answers with sectors.
 pub fn trial_columns(in_sectors: bool) -> impl Iterator<Item = Column> {
     TRIAL.iter().take(count(in_sectors)).map(|(name, kind, _)| Column::new(*name, *kind))
 }
@@ -53,8 +53,8 @@ pub fn trial_values(row: &Row, in_sectors: bool) -> impl Iterator<Item = Cell<'_
 pub struct AxisColumn(pub Column);
 
 impl AxisColumn {
-    /// Returns the columns of all sweep axes. A column is numeric (in SI, angles in degrees) if the axis has a number
-    /// at every point.
+    /// Returns the columns of all sweep axes. A column is numeric if its axis has a number at every point. Numbers are in SI units, angles
+    /// in degrees.
     pub fn of(points: &[Point]) -> Vec<Self> {
         let Some(first) = points.first() else { return Vec::new() };
         let column = |k: usize| {
@@ -71,7 +71,7 @@ impl AxisColumn {
         (0..first.values.len()).map(column).collect()
     }
 
-    /// Returns a point's value in this column.
+    /// Returns the cell of this column for the axis value of a sweep point.
     pub fn value(&self, value: &toml::Value) -> Cell<'static> {
         match (self.0.kind, value) {
             (Kind::Number, value) => si(value).map_or(Cell::Empty, Cell::Number),
@@ -81,13 +81,13 @@ impl AxisColumn {
         }
     }
 
-    /// Returns a point's value as JSON.
+    /// Converts the axis value of a sweep point to JSON.
     pub fn json(&self, value: &toml::Value) -> serde_json::Value {
         serde_json::json!(self.value(value))
     }
 }
 
-/// Returns the SI value of a number with or without a unit; none for other values.
+/// Converts a number, with or without a unit, to SI units. None for values that are not numbers.
 pub fn si(value: &toml::Value) -> Option<f64> {
     match value {
         toml::Value::Integer(number) => Some(*number as f64),

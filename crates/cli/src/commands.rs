@@ -46,8 +46,8 @@ use crate::error::Error;
 use crate::shell::terminal::tell;
 use crate::{figures, scenario};
 
-/// Draws the waveforms of a trial, with the angle that its detector found; if it found only an axis, the end of the axis that is
-/// nearer to the rotor.
+/// Draws the waveforms of a trial and the angle that its detector found. If the detector found only an axis, draws the end of the axis that
+/// is nearer to the rotor.
 fn waveforms(
     trace: &Trace,
     title: &str,
@@ -81,7 +81,7 @@ fn sheet(name: &str) -> Result<DataSheet, Error> {
     DataSheet::parse(name, &text).map_err(Error::Motor)
 }
 
-/// Returns the current decay if the method is the paper's; none for other methods.
+/// Returns how fast the current decays after a pulse of the paper's method. None for other methods.
 const fn decay(method: MethodName) -> Option<Decay> {
     match method {
         MethodName::LineInductance => Some(Decay::Slow),

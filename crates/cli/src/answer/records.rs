@@ -7,26 +7,26 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use standstill_campaign::Estimate;
 
-/// Rows with common columns, in their order.
+/// Rows of a table. All rows have the same columns in the same order.
 #[derive(Clone, Debug, Default, Serialize)]
 #[serde(transparent)]
 pub struct Records(pub Vec<Record>);
 
-/// A row: its fields by name, in the order of the columns. A missing field becomes null in JSON and an empty cell in
-/// CSV.
+/// A row of a table. It has the names and values of its fields, in the order of the columns. A missing value becomes null in JSON and an
+/// empty cell in CSV.
 #[derive(Clone, Debug, Default, Serialize)]
 #[serde(transparent)]
 #[must_use]
 pub struct Record(IndexMap<String, Value>);
 
 impl Record {
-    /// Adds a field; not-a-number becomes a missing value.
+    /// Adds a field. The value NaN is stored as a missing value.
     pub fn with(mut self, name: &str, value: impl Serialize) -> Self {
         self.0.insert(name.to_owned(), json!(value));
         self
     }
 
-    /// Adds an estimate and the ends of its interval: `NAME_UNIT`, `NAME_low_UNIT` and `NAME_high_UNIT`.
+    /// Adds three fields: an estimate as `NAME_UNIT`, and the ends of its interval as `NAME_low_UNIT` and `NAME_high_UNIT`.
     pub fn estimate(self, name: &str, unit: &str, estimate: Option<Estimate>) -> Self {
         let part = |of: fn(&Estimate) -> f64| estimate.as_ref().map(of);
         self.with(&format!("{name}{unit}"), part(|e| e.value))

@@ -12,8 +12,8 @@ use standstill_table::{Cell, Column, Format, Kind, TableError};
 /// Function that receives the rows of a table, one after the other.
 type Sink<'a> = &'a mut dyn FnMut(&[Cell<'_>]) -> Result<(), TableError>;
 
-/// A column of a trace: its name, and for numbers the `parts` of [`round`] by which text files round them (1e6: to 1e-6
-/// of the unit); none for columns of text.
+/// A column of a trace: its name, and how text files round its numbers. The number `parts` rounds to multiples of 1 / `parts`: 1e6 rounds
+/// to 1e-6 of the unit. None for columns of text.
 type Head = (Cow<'static, str>, Option<f64>);
 
 /// Makes a column with this name and rounding.
@@ -33,14 +33,14 @@ pub struct TraceTable {
 }
 
 impl TraceTable {
-    /// All tables: waveform, events, and channels of a user's detector.
+    /// All tables: the waveform, the events, and the channels that a user's detector records.
     pub const ALL: [Self; 3] = [
         Self { name: "waveform", columns: waveform_columns, rows: waveform },
         Self { name: "events", columns: event_columns, rows: events },
         Self { name: "channels", columns: channel_columns, rows: channels },
     ];
 
-    /// Returns the tables that this trace has; the table of channels only if the detector has channels.
+    /// Returns the tables of this trace. The table of channels is included only if the detector has channels.
     pub fn of(trace: &Trace) -> impl Iterator<Item = Self> {
         let shows = !trace.own.names.is_empty();
         Self::ALL.into_iter().filter(move |table| shows || table.name != "channels")
@@ -76,8 +76,8 @@ fn round(number: f64, parts: f64) -> f64 {
 /// Function from a snapshot to its cell in a column.
 type Value = fn(&Snapshot) -> Cell<'static>;
 
-/// Columns that every waveform has, with their values: voltages in V against the negative rail, and three kinds of
-/// currents in A: of the winding, of each leg's devices towards the motor, and from the DC link into the bridge.
+/// Columns that every waveform has, with their values. Voltages in V refer to the negative rail. Currents in A are of three kinds: in the
+/// winding, from each leg's devices to the motor, and from the DC link into the bridge.
 const WAVEFORM: [(Head, Value); 18] = [
     (head("t_s", PICO), |s| Cell::Number(s.time)),
     (head("i_a_A", NANO), |s| current(s.current[0])),
@@ -126,7 +126,7 @@ fn waveform(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
     Ok(())
 }
 
-/// Columns that all event tables have; currents and voltage are the drive's readings.
+/// Columns that every table of events has. Their currents and their voltage are the drive's readings.
 const EVENTS: [Head; 8] = [
     head("t_s", PICO),
     head("event", None),
@@ -161,8 +161,8 @@ fn channels(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
     Ok(())
 }
 
-/// Returns three flags, judged by the readings: whether the drive reads its terminals, has a shunt in the DC link, and
-/// captures the trips of its comparators.
+/// Returns three flags of the drive: it reads its terminals, it has a shunt in the DC link, and it captures the trips of its comparators.
+/// The flags are inferred from the readings of the trace.
 fn reads(trace: &Trace) -> [bool; 3] {
     let mut reads = [false; 3];
     for (_, event) in &trace.events {
@@ -186,7 +186,7 @@ fn event_columns(trace: &Trace) -> Vec<Head> {
     columns
 }
 
-/// Returns the cell of a reading; empty if no sensor saw the value.
+/// Returns the cell of a reading. The cell is empty if no sensor measured the value.
 fn seen(value: f64, sensed: Sensed) -> Cell<'static> {
     if sensed == Sensed::Hidden { Cell::Empty } else { Cell::Number(value) }
 }

@@ -4,10 +4,10 @@ use std::io::{self, BufRead, IsTerminal as _, Write};
 
 use crate::shell::command_line::quoted;
 
-/// Something that a user may have, and the command to begin with.
+/// A file or question that a new user may have, and the first command to run for it.
 struct Begin {
     have: &'static str,
-    /// Question for a file name, and the file that an empty answer stands for.
+    /// Question that asks for a file name, and the default file for an empty answer.
     file: Option<(&'static str, &'static str)>,
     /// Words of the command; `FILE` stands for the file's name.
     command: &'static str,
@@ -54,8 +54,8 @@ const BEGINS: [Begin; 6] = [
     },
 ];
 
-/// Asks the user on the terminal which command to begin with, and returns the command's words. The list is empty if the user chose nothing;
-/// `None` without a terminal.
+/// Asks on the terminal which command to run first, and returns the words of this command. The list is empty if the user chose nothing.
+/// `None` if there is no terminal.
 pub fn asked() -> Option<Vec<String>> {
     if !io::stdin().is_terminal() || !io::stdout().is_terminal() {
         return None;
@@ -63,7 +63,7 @@ pub fn asked() -> Option<Vec<String>> {
     choose(&mut io::stdin().lock(), &mut io::stdout()).ok()
 }
 
-/// Asks for one of [`BEGINS`] and its file, and returns the words of the command; empty if no answer is valid.
+/// Asks for one of [`BEGINS`] and for its file. Returns the words of the command, or an empty list if an answer is not valid.
 fn choose(answers: &mut impl BufRead, out: &mut impl Write) -> io::Result<Vec<String>> {
     writeln!(out, "What do you have? (standstill --help lists all commands)\n")?;
     for (k, begin) in BEGINS.iter().enumerate() {
@@ -108,7 +108,7 @@ fn choose(answers: &mut impl BufRead, out: &mut impl Write) -> io::Result<Vec<St
     Ok(words)
 }
 
-/// Asks a question and returns the answer without surrounding blanks; empty at the end of the input.
+/// Asks a question and returns the answer without leading and trailing blanks. The answer is empty at the end of the input.
 fn ask(answers: &mut impl BufRead, out: &mut impl Write, question: &str) -> io::Result<String> {
     write!(out, "{question}")?;
     out.flush()?;

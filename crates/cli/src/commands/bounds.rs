@@ -18,9 +18,9 @@ use crate::error::Error;
 use crate::scenario::{self, Shipped, Shorthands};
 use crate::shell::{NOT_SHOWN, Report, interrupt, workers};
 
-/// Returns the limits of the rms error in electrical degrees, in the order of the columns: from the method's own samples, from all samples,
-/// and both again for gains, offsets and delays that are known only within tolerances. `None` for a limit that was not computed or is too
-/// large to be informative.
+/// Returns four Cramér–Rao limits of the rms error in electrical degrees. The first uses the method's own samples, the second all samples.
+/// The third and the fourth are the same limits if gains, offsets and delays are known only within tolerances. `None` if a limit was not
+/// computed or is too large to be informative.
 fn values(bound: &Bound) -> [Option<f64>; 4] {
     [Some(bound.scheme_deg), bound.all_deg, bound.hybrid_deg, bound.hybrid_all_deg]
         .map(|v| v.and_then(informative))
@@ -111,7 +111,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     answer.report(None, options.json, &Made::default())
 }
 
-/// Simulates starts of the scenario, and counts those with an axis.
+/// Simulates motor starts of the scenario and counts those in which the detector finds an axis.
 fn starts(options: &Options, document: Document) -> Result<Silence, Error> {
     let plan = Plan::new(document)?;
     let run = || Silence::of_axes(&plan, &AtomicBool::new(false));

@@ -13,15 +13,15 @@ use crate::figures::{self, Bar};
 use crate::shell::command_line::quoted;
 use crate::shell::{NOT_SHOWN, Report};
 
-/// Number of samples below which the shares are too uncertain: the answer is then marked as doubtful.
+/// Smallest number of samples with which the shares are accurate enough. With fewer samples the answer is marked as doubtful.
 const FEW: u64 = 50;
-/// Number of samples that the answer recommends if it is doubtful.
+/// Number of samples that a doubtful answer recommends.
 const ENOUGH: u64 = 1000;
 
-/// A contribution to the error: a source, the method's own error, or the interaction of sources.
+/// A contribution to the error: one error source, the method's own error, or the interaction of several sources.
 struct Part {
     source: String,
-    /// Rms errors in degrees: with this contribution only, and without it.
+    /// Two rms errors in degrees: the first with this contribution alone, the second with all contributions except this one.
     rms: Option<[Estimate; 2]>,
     share: Estimate,
     total: Option<Estimate>,
@@ -50,8 +50,7 @@ impl Part {
     }
 }
 
-/// Returns the contributions to the error. Sources and the method's own error come in the order of their shares, the
-/// largest first, and the interaction comes last.
+/// Returns the contributions to the error, the largest share first. The interaction of sources comes last.
 fn shares(budget: &Budget) -> Vec<Part> {
     let own = &budget.method;
     let mut shares =
@@ -105,12 +104,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(trials.scenario(), answer)
 }
 
-/// Returns true if more than half of the samples are left out because one of their starts has no axis.
+/// Returns true if more than half of the samples are left out. A sample is left out if a simulated start in it has no axis.
 const fn is_most_left_out(budget: &Budget) -> bool {
     2 * budget.dropped > budget.pairs
 }
 
-/// Returns the answer for the case that too few starts have an axis, so that their error cannot be divided among the sources.
+/// Returns the answer if too few simulated starts have an axis. Their error then cannot be divided among the sources.
 fn unanswered(setting: String, asked: &str, too_few: &TooFew, starts: Option<&Silence>) -> Answer {
     let TooFew { pairs, whole, needed } = too_few;
     let headline = format!(
@@ -237,7 +236,7 @@ fn notes(budget: &Budget) -> Vec<String> {
     notes
 }
 
-/// Returns the legend of columns and rows as paragraphs.
+/// Returns paragraphs that explain the columns and the rows of the table.
 fn legend(budget: &Budget) -> Vec<String> {
     let mut legend = [
         "share: of the mean square, by the source itself; total: with all in which it has a part.",

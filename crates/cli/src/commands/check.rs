@@ -20,7 +20,7 @@ use crate::scenario::{self, Shorthands};
 use crate::shell::terminal::{painted, tell};
 use crate::shell::{Report, host, interrupt, progress};
 
-/// Makes the scenario of the motor or file named on the command line.
+/// Makes the scenario document from the motor or the file that the command line names.
 fn document(options: &Check) -> Result<Document, Error> {
     let shorthands = Shorthands::default()
         .with("--errors", "errors", options.errors.map(Choice::name))
@@ -111,8 +111,8 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     Ok(report)
 }
 
-/// Returns the scenario of a document in which the user names no method. If the default method lacks one of the detector's settings, the
-/// table `detector` is left out.
+/// Returns the scenario of a document that names no method. If the default method lacks a setting of the table `detector`, this table is
+/// ignored.
 fn of_any_method(document: &Document, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
     match document.unchecked_scenario_of(motor) {
         Err(error) if error.is_foreign_setting() => {
@@ -138,7 +138,7 @@ fn keys(options: &Check) -> Vec<(String, String)> {
     shorthands.chain(options.keys.set.iter().cloned()).collect()
 }
 
-/// Converts progress into text: a line to print, and the name of the present step.
+/// Converts progress to two texts: a line to print, and the name of the current step. Each is none if there is nothing to show.
 fn heard(progress: Progress<'_>) -> (Option<String>, Option<String>) {
     match progress {
         Progress::Method(method) => (None, Some(method.name().to_owned())),

@@ -20,16 +20,16 @@ const WRITTEN: &str = "Written by `standstill check";
 
 /// The outcome of writing the scenario file.
 pub enum Written {
-    /// The file was written, or exists with the same content.
+    /// The file was written, or it already had this content.
     Done(PathBuf),
     /// Another file exists at this path and was not replaced.
     InTheWay(PathBuf),
-    /// The file was not requested explicitly, and it cannot be written.
+    /// The file cannot be written. The user did not ask for it with `--write`, so this is no error.
     Failed(String),
 }
 
 impl Written {
-    /// Returns the path of the file; none if it was not written.
+    /// Returns the path of the file. None if the file was not written.
     pub fn path(&self) -> Option<&Path> {
         match self {
             Self::Done(path) => Some(path),
@@ -38,8 +38,8 @@ impl Written {
     }
 }
 
-/// Writes the scenario file, beside the scenario that was checked or to the path of the option. A file with other
-/// content is not replaced unless `--force` is given.
+/// Writes the scenario file to the path of `--write`, or else beside the scenario that was checked. Replaces a file with other content only
+/// if `--force` is given.
 pub fn write(
     options: &Check,
     asked: &Document,
@@ -83,7 +83,7 @@ pub fn write(
     }
 }
 
-/// Refuses a path of `--write` that cannot be written, before anything is computed.
+/// Checks before the computation that the file of `--write` can be written.
 ///
 /// # Errors
 /// The folder does not exist or cannot be written, or the file exists and `--force` is not given.
@@ -109,7 +109,7 @@ fn name(motor: &str) -> String {
     format!("check-{stem}.toml")
 }
 
-/// Makes the path of the document's motor absolute, for a file in another folder.
+/// Makes the motor's path in the document absolute, so that a file in another folder can use it.
 fn from_anywhere(document: &mut Document, folder: &Path) -> Result<(), Error> {
     for key in ["motor", "motor.base"] {
         let Some(Value::String(name)) = document.get(key) else { continue };

@@ -15,7 +15,7 @@ use crate::shell::values::without_setting;
 
 use self::motor::{assumptions, condition, poles, published, saliency, single, terminals};
 
-/// The question that `check` was asked, with its answer.
+/// A question to `check`, with its answer.
 pub struct Checked<'a> {
     pub motor: &'a Motor,
     /// The motor or file, as named on the command line.
@@ -25,7 +25,7 @@ pub struct Checked<'a> {
     pub demands: &'a Demands,
     pub effort: Effort,
     pub found: &'a Suitability,
-    /// Warning that the polarity signature set by the scenario is doubtful; none without such a doubt.
+    /// Warning that the polarity signature set by the scenario is doubtful. None if it is not doubtful.
     pub signature: Option<&'a str>,
     /// Keys set on the command line in addition to the motor or file.
     pub keys: Vec<(String, String)>,
@@ -122,7 +122,7 @@ fn percent(share: f64) -> String {
     format!("{} %", standstill_quantity::rounded(share, 2))
 }
 
-/// Returns the whole answer below the verdict as blocks; `next`: lines on the next steps.
+/// Returns the part of the answer below the verdict as blocks. `next` has the lines on the next steps.
 pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
     let found = asked.found;
     let reasons = asked.reasons().into_iter().chain(assumptions(asked.sheet)).collect();
@@ -145,8 +145,7 @@ pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
     blocks
 }
 
-/// Returns the sentence that lists what was not tried because the computing work that the effort allows was used up; none if everything was
-/// tried.
+/// Returns the sentence that lists what was not tried because `--effort` allows no more computing work. None if everything was tried.
 fn untried(asked: &Checked<'_>) -> Option<String> {
     let (untried, effort) = (&asked.found.untried, asked.effort.name());
     (!untried.is_empty()).then(|| {
@@ -157,7 +156,7 @@ fn untried(asked: &Checked<'_>) -> Option<String> {
     })
 }
 
-/// Formats a share between 0 and 1, in per cent unless it is below 1e-4.
+/// Formats a share between 0 and 1. The text is in per cent if the share is at least 1e-4.
 fn share(value: f64) -> String {
     match value {
         v if v < 1e-9 => "one in a billion".to_owned(),
@@ -166,7 +165,7 @@ fn share(value: f64) -> String {
     }
 }
 
-/// Formats a method with its keys.
+/// Formats a method and the keys of its settings.
 pub fn setting(setting: &Setting) -> String {
     match keys(setting) {
         keys if keys.is_empty() => setting.method.to_string(),
@@ -180,7 +179,8 @@ fn keys(setting: &Setting) -> String {
     keys.join(", ")
 }
 
-/// Formats the verdict on a method as a table cell: settings, objections, and the demand that limits the settings (*binds*).
+/// Formats the verdict on a method as a table cell. The cell has the settings, the objections, and the demand that limits the settings,
+/// marked *binds*.
 pub fn verdict(candidate: &Candidate) -> String {
     let keys = keys(&candidate.setting);
     let at = if keys.is_empty() { String::new() } else { format!("{keys}: ") };
@@ -211,7 +211,7 @@ const fn short(demand: Demand) -> &'static str {
     }
 }
 
-/// Returns the table's columns; `rotor`: the rotor's state, if only one state was judged.
+/// Returns the columns of the table. `rotor` is the state of the rotor if only one state was judged.
 fn columns_of_check(rotor: Option<Rotor>) -> [Column; 7] {
     let loose = rotor.filter(|rotor| *rotor != Rotor::Locked).unwrap_or(Rotor::Free);
     [
@@ -229,7 +229,7 @@ fn number(value: f64, digits: usize) -> String {
     if value.is_finite() { format!("{value:.digits$}") } else { "–".to_owned() }
 }
 
-/// Formats a factor with two digits. The numbers of angles and starts behind the factor support no more.
+/// Formats a factor with two digits. The factor comes from few angles and starts, so more digits would not be significant.
 fn factor(value: f64) -> String {
     if value < 9.95 {
         return format!("{value:.1}");

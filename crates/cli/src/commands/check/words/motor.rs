@@ -16,8 +16,8 @@ use super::{Checked, amperes, factor, percent};
 /// Sentence on how to measure the saturation.
 const MEASURE: &str = "Measure the saturation: `standstill fit` on scope traces of six pulses (docs/own-motor-traces.md, ten minutes), then `saturation = \"… %\"` in [nameplate].";
 
-/// Returns the sentence on the saturation that the verdict assumes because the data sheet does not state it, and on how
-/// to measure it; none without such a condition.
+/// Returns the sentence on the saturation that the verdict assumes because the data sheet does not give it. The sentence also states how to
+/// measure the saturation. None if the verdict assumes no saturation.
 pub fn condition(asked: &Checked<'_>) -> Option<String> {
     let Some(Condition::Saturation { least, most, minus_d }) = &asked.found.condition else { return None };
     Some(format!(
@@ -28,7 +28,7 @@ pub fn condition(asked: &Checked<'_>) -> Option<String> {
     ))
 }
 
-/// Returns the sentence on the published saturation of similar motors; none if the data sheet states the motor's own.
+/// Returns the sentence on the published saturation of similar motors. None if the data sheet gives the motor's own saturation.
 pub fn published(asked: &Checked<'_>) -> Option<String> {
     let found = asked.found;
     let is_not_given = match &found.condition {
@@ -44,8 +44,8 @@ pub fn published(asked: &Checked<'_>) -> Option<String> {
     Some(published_at(ratio, fall_of_surface_magnets(asked.motor)))
 }
 
-/// Returns the sentence on the published saturation of motors with this ratio of L_q to L_d; `fall`: estimated fall of L_d at rated
-/// current, relative to L_d, if saturated iron alone makes the saliency.
+/// Returns the sentence on the published saturation of motors with this ratio of L_q to L_d. `fall` is the estimated decrease of L_d at
+/// rated current, relative to L_d. The estimate assumes that saturated iron is the only cause of the saliency.
 fn published_at(ratio: f64, fall: Option<f64>) -> String {
     if ratio < MAGNETS_INSIDE_FROM {
         let estimate = fall.map_or_else(String::new, |fall| {
@@ -73,8 +73,8 @@ fn published_at(ratio: f64, fall: Option<f64>) -> String {
     )
 }
 
-/// Returns the sentence on a measurement between two terminals that shows whether the sheet's R and L are those of a phase. None for
-/// built-in motors, and none if the phase's resistance was measured or computed from a resistance between two terminals.
+/// Returns the sentence on a measurement between two terminals. It shows whether R and L of the data sheet are the values of one phase.
+/// None for built-in motors, and none if R was measured or was computed from a resistance between two terminals.
 pub fn terminals(asked: &Checked<'_>) -> Option<String> {
     let sheet = asked.sheet;
     let is_of_phase = sheet.entries().iter().any(|entry| {
@@ -93,8 +93,8 @@ fn is_of_saturation(entry: &Entry) -> bool {
     entry.key.starts_with("nameplate.saturation.")
 }
 
-/// Returns the sentence on the values that are inferred from a saturation given as a single number; none if the sheet
-/// gives all values, or no value.
+/// Returns the sentence on values that are inferred because the data sheet gives the saturation as a single number. None if the sheet gives
+/// all values or no value.
 pub fn single(asked: &Checked<'_>) -> Option<String> {
     let inferred = |key: &str| asked.sheet.assumed().iter().find(|entry| entry.key.ends_with(key));
     let [minus_d, q] = [".saturation.minus_d", ".saturation.q"].map(inferred);
@@ -110,8 +110,8 @@ pub fn single(asked: &Checked<'_>) -> Option<String> {
     (!parts.is_empty()).then(|| format!("Saturation: {}.", parts.join("; ")))
 }
 
-/// Returns the assumptions of the verdict: numbers that are missing in the data sheet, and numbers that it marks as
-/// assumed. For a built-in motor, refers to `standstill motors`.
+/// Returns the assumptions of the verdict: numbers that the data sheet lacks, and numbers that it marks as assumed. The text for a built-in
+/// motor refers to `standstill motors`.
 pub fn assumptions(sheet: &DataSheet) -> Vec<String> {
     let list = |head: &str, entries: &[Entry]| {
         let values: Vec<String> =

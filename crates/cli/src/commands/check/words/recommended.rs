@@ -9,7 +9,8 @@ use standstill_scenario::Rotor;
 
 use super::{amperes, factor, percent, share};
 
-/// Returns the sentence on the recommended method: the factor by which it is better than demanded, and the demand with the smallest margin.
+/// Returns the sentence on the recommended method. It has the factor by which the method is better than required, and the demand with the
+/// smallest margin.
 pub fn sentence(candidate: &Candidate, found: &Suitability) -> String {
     let method = candidate.setting.method;
     // Only for a free rotor is there a demand on movement.
@@ -33,8 +34,8 @@ pub fn sentence(candidate: &Candidate, found: &Suitability) -> String {
     said + "."
 }
 
-/// Returns the sentence on a suited method whose margin in the few starts of the table is larger than that of the recommended method, with
-/// the reason why it is not recommended. Empty without such a method.
+/// Returns the sentence on a suited method that has a larger margin in the table than the recommended method. The sentence states why this
+/// method is not recommended. Empty if there is no such method.
 pub fn with_more_room(recommended: &Candidate, found: &Suitability) -> String {
     let margin = recommended.margin();
     let others = found.candidates.iter().filter(|of| of.objections.is_empty() && of.margin() > 1.05 * margin);
@@ -48,7 +49,7 @@ pub fn with_more_room(recommended: &Candidate, found: &Suitability) -> String {
     })
 }
 
-/// Formats the margin by which a demand is met.
+/// Formats the margin to the limit of a demand.
 fn kept(demand: Demand, margin: f64) -> String {
     match demand {
         Demand::Error | Demand::Movement | Demand::Time => {
@@ -62,7 +63,7 @@ fn kept(demand: Demand, margin: f64) -> String {
     }
 }
 
-/// Returns the sentence on the results of the fresh starts, those with new random numbers; none if there were no fresh starts.
+/// Returns the sentence on the results of the additional starts, which use new random numbers. None if there were no such starts.
 pub fn confirmed(found: &Suitability) -> Option<String> {
     let (fresh, candidate) = (found.confirmed()?, found.recommended()?);
     let mut states = match found.rotor {
@@ -96,8 +97,8 @@ pub fn confirmed(found: &Suitability) -> Option<String> {
     ))
 }
 
-/// Returns the part of the sentence of `confirmed` on the rotor's movement in electrical degrees; empty for a rotor that does not move or
-/// is driven.
+/// Returns the part of the sentence of [`confirmed`] on the movement of the rotor in electrical degrees. Empty if the rotor does not move
+/// or is driven.
 fn movement(rotor: Option<Rotor>, moved_deg: f64) -> String {
     match rotor {
         None | Some(Rotor::Free) => format!("A free rotor moved by {moved_deg:.3}° at most; "),

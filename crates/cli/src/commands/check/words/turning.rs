@@ -2,7 +2,7 @@
 
 use super::Checked;
 
-/// Formats a speed in rpm with two digits, because the search finds speeds to within 9 %.
+/// Formats a speed in rpm with two digits. The search finds a speed to within 9 %.
 fn rpm(speed: f64) -> String {
     let place = standstill_quantity::magnitude(speed).unwrap_or(0) - 1;
     standstill_quantity::rounded(standstill_quantity::rounded(speed, -place).round(), place).to_string()
@@ -14,8 +14,8 @@ fn up_to(speed: f64) -> String {
     standstill_quantity::rounded(standstill_quantity::rounded(speed, -place).floor(), place).to_string()
 }
 
-/// Returns the part of the verdict on the speeds at which the error exceeds the demand and the method does not notice that the rotor turns;
-/// empty if there are no such speeds, or none were measured.
+/// Returns the part of the verdict on dangerous speeds. At such a speed the error exceeds the demand, and the method does not notice that
+/// the rotor turns. Empty if there are no such speeds or none were measured.
 pub fn note(asked: &Checked<'_>) -> String {
     let Some((from, until)) = asked.found.turning.and_then(|speeds| speeds.unnoticed_rpm) else {
         return String::new();
@@ -28,8 +28,8 @@ pub fn note(asked: &Checked<'_>) -> String {
     )
 }
 
-/// Returns the sentence on two speeds: the speed from which the recommended method notices that the rotor turns, and the speed up to which
-/// its error meets the demand. None if these speeds were not measured.
+/// Returns the sentence on two speeds of the recommended method. From the first speed on, the method notices that the rotor turns. Up to
+/// the second speed, its error meets the demand. None if these speeds were not measured.
 pub fn said(asked: &Checked<'_>) -> Option<String> {
     let (speeds, candidate) = (asked.found.turning?, asked.found.recommended()?);
     let (method, demanded, highest) = (candidate.method(), asked.demands.error_deg, rpm(speeds.highest_rpm));

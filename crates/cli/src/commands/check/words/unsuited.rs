@@ -8,7 +8,7 @@ use standstill_report::page::Block;
 
 use super::{amperes, milliseconds, setting};
 
-/// Returns the changes that were tried because no settings suffice, and the other ways to start the motor.
+/// Returns the text for a motor without suitable settings: the changes that were tried, and other ways to start the motor.
 pub fn blocks(found: &Suitability) -> Vec<Block> {
     let mut blocks = match found.suited() {
         Suited::Unknown => measured(found),
@@ -22,7 +22,7 @@ pub fn blocks(found: &Suitability) -> Vec<Block> {
     blocks
 }
 
-/// Returns the text on how to measure L_d and L_q, for a data sheet that gives only one inductance.
+/// Returns the text on how to measure L_d and L_q. It is for a data sheet that gives only one inductance.
 fn measured(found: &Suitability) -> Vec<Block> {
     let mut said = "Measure L_d and L_q: at two terminals the inductance goes from its least to its most twice in an electrical revolution while the shaft is turned by hand; `standstill fit` reads both from scope traces (docs/own-motor-traces.md).".to_owned();
     for Advice { change, helps, .. } in &found.advice {
