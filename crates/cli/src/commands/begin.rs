@@ -63,7 +63,8 @@ pub fn asked() -> Option<Vec<String>> {
     choose(&mut io::stdin().lock(), &mut io::stdout()).ok()
 }
 
-/// Asks for one of [`BEGINS`] and for its file. Returns the words of the command, or an empty list if an answer is not valid.
+/// Asks for one of [`BEGINS`] and for its file. Returns the words of the command. The list is empty if the user leaves without a choice or
+/// names no file.
 fn choose(answers: &mut impl BufRead, out: &mut impl Write) -> io::Result<Vec<String>> {
     writeln!(out, "What do you have? (standstill --help lists all commands)\n")?;
     for (k, begin) in BEGINS.iter().enumerate() {

@@ -28,14 +28,14 @@ use crate::shell::{Report, progress};
 use crate::summary::{good, good_heading, good_interval, right, sectors_in_words};
 use crate::{doubts, figures};
 
-/// Number of angles, 22.5° apart, at which the Cramér–Rao limit is computed.
+/// Number of rotor angles, 22.5° apart, at which the Cramér–Rao limit is computed.
 const ANGLES: usize = 16;
 
-/// Number of rotor angles of the Cramér–Rao limit for methods without line pulses. It is small because their detections are long:
-/// computing the limit takes about as long as the trials.
+/// Number of rotor angles at which the Cramér–Rao limit is computed for methods without line pulses. Their detections are long, so that
+/// even with few angles the limit takes about as long as the trials.
 const FEW_ANGLES: usize = 8;
 
-/// Returns true if the motor has a magnet, but its data do not suffice to tell its poles apart.
+/// Returns true if the motor has a magnet, but its data do not show which pole is which.
 fn is_open(motor: &Motor) -> bool {
     motor.has_magnet() && motor.pole_knowledge().is_open()
 }
@@ -91,8 +91,8 @@ fn record(entry: &Entry, motor: &Motor) -> Record {
     if let Some(note) = motor.map_note() { record.with("map_note", note) } else { record }
 }
 
-/// Returns the table. On a narrow terminal each method is printed above its rows, and the columns that distinguish
-/// methods least are left out first, by their ranks.
+/// Returns the table. A narrow terminal shows each method above its rows and leaves out columns in the order of their ranks, those that
+/// distinguish the methods least first.
 fn table(entries: &[Entry], open: bool) -> Table {
     let largest = |of: fn(&Entry) -> f64| entries.iter().map(of).fold(0.0, f64::max);
     let ampere = decimals(1, largest(|entry| entry.summary.peak_current_a));
@@ -138,14 +138,16 @@ fn table(entries: &[Entry], open: bool) -> Table {
     Table::of(entries, |entry| if is_wrong(entry) { Tone::Bad } else { Tone::Neutral }, columns).headed()
 }
 
-/// Returns the ratio of the Cramér–Rao limit to the rms error. The limit has no uncertainty, so the interval comes from the rms error.
+/// Returns the ratio of the Cramér–Rao limit to the rms error. Its interval is computed from the interval of the rms error, because the
+/// limit is exact.
 fn efficiency(entry: &Entry) -> Estimate {
     let Estimate { value, low, high } = entry.summary.rms_deg;
     let limit = entry.efficiency().unwrap_or(f64::NAN) * value;
     Estimate { value: limit / value, low: limit / high, high: limit / low }
 }
 
-/// Returns the reasons why starts have no angle or no pole, with their counts, and the reason why the Cramér–Rao limit is missing.
+/// Returns the reasons why starts have no angle or no pole, each with its number of starts. Also returns the reason if there is no
+/// Cramér–Rao limit.
 fn reasons(entry: &Entry) -> String {
     let counted = entry.summary.reasons.iter();
     let counted =
@@ -155,8 +157,8 @@ fn reasons(entry: &Entry) -> String {
     all.join("; ")
 }
 
-/// Runs the trials of the cells (rows of the comparison), one cell after the other, until all are done or the user interrupts. `limits`:
-/// true to compute Cramér–Rao limits, too.
+/// Runs the trials of the cells (rows of the comparison) one cell after the other. Stops early if the user interrupts. If `limits` is true,
+/// the Cramér–Rao limits are computed, too.
 fn entries(cells: &[Cell], limits: bool, threads: Option<usize>) -> Result<Vec<Entry>, Error> {
     let stop = interrupt::flag();
     let bar = progress::bar(cells.iter().map(|cell| cell.trials).sum());
@@ -258,7 +260,8 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     answer.report(Some(options.out.clone()), false, &Made { asked, ..Made::default() })
 }
 
-/// Adds the next command: a search for settings if starts have no answer, else one start of the best method.
+/// Adds the command that is proposed next. If starts have no answer, this is a search for settings. Otherwise it simulates one start with
+/// the best method.
 fn next(options: &Compare, entries: &[Entry], open: bool, answer: Answer) -> Answer {
     let scenario = options.source.scenario.as_ref().map(|path| path.to_string_lossy().into_owned());
     // Where a command takes a scenario file, a motor's name is allowed, too.

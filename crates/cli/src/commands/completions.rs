@@ -26,8 +26,8 @@ pub fn completions(options: &Completions) -> Report {
     Report { text, code: 0 }
 }
 
-/// Returns the settings that `-s` takes, each with its description: `KEY=` where the value is a number or a text,
-/// `KEY=VALUE` where the values have names.
+/// Returns the settings that `-s` accepts, each with its description. A setting with named values is listed as `KEY=VALUE` for each value.
+/// Any other setting is listed as `KEY=`.
 fn settings() -> Vec<(String, &'static str)> {
     let of = |key: &'static standstill_scenario::Key| -> Vec<(String, &'static str)> {
         let named = |values: Vec<(&'static str, &'static str)>| {
@@ -43,7 +43,7 @@ fn settings() -> Vec<(String, &'static str)> {
     keys().flat_map(of).chain(motors).collect()
 }
 
-/// Returns the names of the library's motors.
+/// Returns the names of the built-in motors.
 fn motors() -> String {
     built_in_names().collect::<Vec<_>>().join(" ")
 }
@@ -58,13 +58,13 @@ fn of_scenarios() -> Vec<String> {
     command.get_subcommands().filter(takes).map(|command| command.get_name().to_owned()).collect()
 }
 
-/// Puts a text in single quotes, without the single quotes inside it, so that every shell takes the text literally.
+/// Encloses a text in single quotes, so that every shell takes it literally. Single quotes in the text are removed.
 fn quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', ""))
 }
 
-/// Fills in the template of a completion script. `line` makes the line of a setting or key from its name and description; without it, names
-/// are separated by blanks.
+/// Fills in the template of a completion script. `line` formats the name and the description of a setting or key as a line. If `line` is
+/// none, the names are separated by blanks.
 fn script(template: &str, line: Option<fn(&str, &str) -> String>) -> String {
     let list = |all: Vec<(String, &'static str)>| match line {
         Some(line) => all.iter().map(|(name, about)| line(name, about) + "\n").collect(),
@@ -80,16 +80,16 @@ fn script(template: &str, line: Option<fn(&str, &str) -> String>) -> String {
     filled(template, &values)
 }
 
-/// Returns the part of bash's script that completes settings and motors. Bash breaks words at `=`, so a value is completed from the words
-/// before it. If no motor's name fits, bash completes file names itself, with its own quoting.
+/// Returns the part of bash's script that completes settings and motors. Bash splits words at `=`, so the words before a value are needed
+/// to complete it. If no motor's name fits, bash completes file names with its own quoting.
 fn bash() -> String {
     script(include_str!("completions/bash.sh"), None)
 }
 
-/// Placeholders of the options that set or vary a key, as in `--help`.
+/// Placeholders in `--help` for the arguments of options that set or vary a key.
 const SETTINGS: [&str; 3] = ["KEY=VALUE", "KEY=VALUES", "KEY=LOW:HIGH"];
 
-/// Returns zsh's script with settings and motors, each with its description.
+/// Returns the completion script of zsh. It completes settings and motors and shows their descriptions.
 fn zsh(generated: &str) -> String {
     let line = |name: &str, about: &str| format!("        {}", quoted(&format!("{name}:{about}")));
     let lists = script(include_str!("completions/zsh.zsh"), Some(line));
@@ -118,7 +118,7 @@ fn zsh(generated: &str) -> String {
     text
 }
 
-/// Returns fish's script with settings and motors, each with its description.
+/// Returns the completion script of fish. It completes settings and motors and shows their descriptions.
 fn fish(generated: &str) -> String {
     let line =
         |name: &str, about: &str| format!("    printf '%s\\t%s\\n' {} {}", quoted(name), quoted(about));

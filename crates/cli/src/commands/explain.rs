@@ -26,7 +26,7 @@ use crate::shell::output::Output;
 use crate::shell::progress::Watched;
 use crate::shell::setup::{self, Setup};
 
-/// A trial that was run again, with its waveforms, and with the effect of each of its errors (*causes*).
+/// A trial that was simulated again, with its waveforms and its *causes*, the effect of each random error of the trial.
 struct Repeated {
     chosen: Chosen,
     single: Single,
@@ -76,7 +76,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     answer(&run, &plan, &all, lost).report(folder, options.json, &made)
 }
 
-/// Returns the plan of the run. Fails if the run's trials cannot be repeated, because the program or a file is another one.
+/// Returns the plan of the run. Fails if the program or a file has changed since the run, because the trials then cannot be repeated.
 fn plan(run: &FinishedRun, options: &Options) -> Result<Plan, Error> {
     let place = options.files.as_deref().unwrap_or_else(|| Path::new("")).join("scenario");
     let recorded = &run.summary.run;
@@ -94,7 +94,7 @@ fn plan(run: &FinishedRun, options: &Options) -> Result<Plan, Error> {
     }
 }
 
-/// Repeats a trial with its waveforms recorded, and once more for each of its errors with this error at its mean.
+/// Repeats a trial and records its waveforms. Then repeats it once for each of its errors, with this error set to its mean.
 fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Repeated, Halt<Error>> {
     let failed = |error: FileError| Halt::Failed(Error::from(error));
     let trials = Trials::at(plan, chosen.point).map_err(failed)?;
@@ -163,8 +163,8 @@ fn json_of(one: &Repeated) -> serde_json::Value {
     })
 }
 
-/// Returns the sentence on the `lost` trials without an axis, which are listed in the order of their numbers; none if all trials have an
-/// axis. `listed`: number of trials that the answer shows.
+/// Returns the sentence on the trials without an axis, which are listed by ascending number. `lost` is the number of such trials, `listed`
+/// is the number of trials that the answer shows. None if all trials have an axis.
 fn without_axis(lost: u64, listed: usize) -> Option<String> {
     (lost > 0).then(|| {
         let first = if lost > listed as u64 {

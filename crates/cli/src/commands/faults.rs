@@ -25,30 +25,31 @@ use crate::shell::command_line::{quoted, set_pair};
 use crate::shell::values::each_once;
 use crate::shell::{NOT_SHOWN, Report};
 
-/// Number of trials of each fault with each method. If none of them has a wrong pole, the one-sided 95 % upper bound of its probability is
-/// 0.1 %.
+/// Number of trials of each fault with each method. If no trial has a wrong pole, the one-sided 95 % upper bound of the probability of a
+/// wrong pole is 0.1 %.
 const TRIALS: u64 = 3000;
 
 /// A row of the answer: one fault with one method.
 struct Row {
     entry: Entry,
     method: String,
-    /// The method, if it was named by `--method`; none for the scenario's own.
+    /// The method if `--method` names it. None for the scenario's own method.
     by_name: Option<MethodName>,
     counts: Counts,
     /// True if the method has checks that can be switched off.
     has_checks: bool,
-    /// True if the method's answers are sectors, so that an error is the angle beyond the sector's border.
+    /// True if the method answers with sectors. An error is then the angle between the rotor and the border of the sector, for a rotor
+    /// outside the sector.
     in_sectors: bool,
 }
 
-/// A fault that is not studied, and the part that the drive lacks for it.
+/// A fault that the drive cannot have, with the reason.
 struct Left {
     mode: FaultMode,
     reason: String,
 }
 
-/// Name under which the identity of the question has the digest of the file of rates.
+/// Name of the entry in the question's identity that holds the digest of the file of rates.
 const RATES: &str = "digest of --rates";
 
 pub fn run(options: &Options) -> Result<Report, Error> {
@@ -140,12 +141,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(&scenario, answer)
 }
 
-/// Returns the digest of the file of rates, on which the weighted sums of an answer depend.
+/// Returns the digest of the file of rates. The weighted sums of an answer depend on this file.
 fn digest(path: &Path) -> Result<String, Error> {
     Ok(Digest::of_file(path).map_err(|error| Error::Read(path.to_owned(), error))?.to_string())
 }
 
-/// Returns the faults to study, beginning with the drive without a fault, and the faults that the drive cannot have.
+/// Returns the entries to study and the faults that the drive cannot have. The first entry is the drive without a fault.
 fn entries(options: &Options, plan: &Plan) -> (Vec<Entry>, Vec<Left>) {
     let (mut entries, mut left) = (vec![Entry::whole()], Vec::new());
     let modes = if options.mode.is_empty() {
@@ -175,7 +176,8 @@ fn entries(options: &Options, plan: &Plan) -> (Vec<Entry>, Vec<Left>) {
     (entries, left)
 }
 
-/// Returns the document with the given method, or unchanged without one, and the name of the document's method.
+/// Returns the document with the given method and the name of this method. If no method is given, returns the document unchanged with its
+/// own method's name.
 fn with_method(
     document: &Document,
     file: &ScenarioFile,
@@ -191,7 +193,7 @@ fn with_method(
 }
 
 impl Row {
-    /// Returns the fault in words, and when it begins.
+    /// Returns the fault and its onset in words.
     fn fault(&self) -> String {
         let name = self.name();
         match self.entry.begins {
@@ -205,20 +207,20 @@ impl Row {
         self.entry.name().unwrap_or_else(|| "as it is".to_owned())
     }
 
-    /// Returns the most frequent reason why starts have no answer.
+    /// Returns the most frequent reason why starts have no answer. Empty if all starts have an answer.
     fn reason(&self) -> String {
         let most = self.counts.unanswered.iter().max_by_key(|(_, count)| **count);
         most.map_or_else(String::new, |(reason, _)| reason.clone())
     }
 
-    /// Returns the number of starts whose reason for no answer names the faulty part; none if no reason names a part of these faults.
+    /// Returns the number of starts without an answer whose reason names the faulty part. None if there is no reason that names this part.
     fn rightly(&self) -> Option<u64> {
         let named: Vec<&str> =
             self.entry.modes.iter().flat_map(|mode| reasons_that_name(*mode)).copied().collect();
         (!named.is_empty()).then(|| self.counts.ended_by(&named))
     }
 
-    /// Returns the command that shows the worst start, of a scenario with its keys; none if no answer is dangerous.
+    /// Returns the command that shows the worst start. `asked` is the scenario with its keys. None if no answer is dangerous.
     fn worst_command(&self, asked: &str) -> Option<String> {
         let worst = self.counts.worst?;
         let keys: String = self.entry.arguments().iter().map(|pair| set_pair(pair)).collect();
@@ -268,7 +270,7 @@ impl Row {
             .with("wrong_pole_rate_at_most", rate.map(|rate| rate * of.wrong_pole_bound()))
     }
 
-    /// Returns the effect of the fault, as in a failure-mode analysis; none for the drive without a fault.
+    /// Returns the effect of the fault in the sense of a failure-mode and effects analysis. None for the drive without a fault.
     fn effect(&self) -> Option<String> {
         self.entry.name()?;
         let of = &self.counts;
@@ -294,7 +296,7 @@ impl Row {
     }
 }
 
-/// Formats a share in per cent with the digits that the number of trials supports.
+/// Formats `count` / `total` in per cent: two decimals below 10 %, one decimal from 10 % on.
 fn percent(count: u64, total: u64) -> String {
     match (count, 100.0 * count as f64 / total.max(1) as f64) {
         (0, _) => "0".to_owned(),
@@ -309,10 +311,10 @@ struct Subject<'a> {
     asked: String,
     rates: Option<&'a Rates>,
     allowed: Allowed,
-    /// True if the scenario itself has faults, which are then part of each row.
+    /// True if the scenario itself has faults. They are then present in each row.
     has_own: bool,
     has_magnet: bool,
-    /// True if the motor has a magnet, and its data suffice to tell its poles apart.
+    /// True if the motor has a magnet and its data show which pole is which.
     has_poles: bool,
 }
 
@@ -358,12 +360,12 @@ fn answer(setting: String, of: &Subject<'_>, rows: &[Row], left: &[Left]) -> Ans
     answer.next(&purpose, format!("standstill odds {asked}{} --event {event}", with(asked_about)))
 }
 
-/// Returns the option that sets the method of a row, for a command line; empty for the scenario's own method.
+/// Returns the command-line option that sets the method of a row. Empty for the scenario's own method.
 fn with(method: Option<MethodName>) -> String {
     method.map_or(String::new(), |method| format!(" -s detector.method={}", method.name()))
 }
 
-/// Returns sentences on the weighted sums, on modes without a rate, and on modes that were not studied.
+/// Returns the sentences on the weighted sums, on failure modes without a rate, and on failure modes that were not studied.
 fn weights(rows: &[Row], rates: Option<&Rates>) -> Vec<String> {
     let Some(rates) = rates else {
         return vec!["unweighted: --rates FILE takes a table of failure rates".to_owned()];

@@ -19,15 +19,15 @@ use standstill_scenario::Scenario;
 use crate::shell::host;
 use crate::shell::output::{remove_stale, unfinished_prefix};
 
-/// A cache entry: the text of `identity`, which contains everything that the limit depends on, and the limit; none if the method has no
-/// limit.
+/// A cache entry: the text of [`identity`] and the limit. The text contains everything on which the limit depends. The limit is none if the
+/// method has no limit.
 type Kept = (String, Option<Bound>);
 
-/// Largest size of an entry in bytes, most of it the scenario.
+/// Largest size of a cache entry in bytes. The scenario takes most of it.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Returns the folder of the cache, inside the user's cache folder. None if there is no such folder, and in a host
-/// program, whose build is unknown.
+/// Returns the folder of the cache, which is in the user's cache folder. None if there is no such folder. Also none if another program
+/// calls this crate as a library, because its build is unknown.
 fn folder() -> Option<PathBuf> {
     if host::current().is_some() {
         return None;
@@ -39,7 +39,7 @@ fn folder() -> Option<PathBuf> {
     Some(base.join("standstill").join("limits"))
 }
 
-/// Returns a text with program, scenario and number of angles, which determine a limit; none if the program's file cannot be examined.
+/// Returns a text that identifies a limit: program, scenario and number of angles. None if the program's file cannot be read.
 fn identity(scenario: &Scenario<Method<f64>>, angles: usize) -> Option<String> {
     let program = fs::metadata(std::env::current_exe().ok()?).ok()?;
     let built = program.modified().ok()?.duration_since(UNIX_EPOCH).ok()?.as_nanos();
@@ -47,7 +47,7 @@ fn identity(scenario: &Scenario<Method<f64>>, angles: usize) -> Option<String> {
     Some(format!("{version} {NUMERICS} {length} {built}, {angles} angles: {scenario:?}"))
 }
 
-/// Returns the limit of a scenario from the cache. If it is not there, computes the limit and stores it if possible.
+/// Returns the limit of a scenario from the cache. If the cache does not have the limit, computes it and stores it if possible.
 pub fn limit<E>(
     scenario: &Scenario<Method<f64>>,
     angles: usize,
@@ -74,7 +74,7 @@ pub fn limit<E>(
     Ok(found)
 }
 
-/// Writes a cache entry completely or not at all, because another process may be reading the cache.
+/// Writes a cache entry in one step, so that another process never reads an incomplete entry.
 fn write(path: &std::path::Path, kept: &Kept) -> std::io::Result<()> {
     let folder = path.parent().unwrap_or(path);
     fs::create_dir_all(folder)?;

@@ -23,7 +23,7 @@ pub struct Cell {
     pub scenario: Scenario<Method<f64>>,
 }
 
-/// Returns the options that set keys of motor, rotor and seed. Other commands accept these keys, too.
+/// Returns the keys that the options for motor, load, temperatures and seed set. Other commands accept these keys, too.
 pub fn conditions(options: &Compare) -> Shorthands {
     Shorthands::default()
         .with("--motor", "motor", options.motor.clone())
@@ -50,7 +50,7 @@ pub struct Comparison {
     pub motor: Motor,
     pub seed: u64,
     pub cells: Vec<Cell>,
-    /// Methods that are left out, each with the setting that it does not have.
+    /// Methods that are left out, each with a given setting that the method does not have.
     pub left_out: Vec<(MethodName, String)>,
 }
 
@@ -110,7 +110,7 @@ impl Comparison {
         if comparison.cells.is_empty() { Err(comparison.no_use(None)) } else { Ok(comparison) }
     }
 
-    /// Lists a method that is left out: once, and not once for each set of conditions.
+    /// Adds a method to the list of methods that are left out, unless the list already contains it.
     fn leave_out(&mut self, method: MethodName, setting: String) {
         if self.left_out.last().is_none_or(|(last, _)| *last != method) {
             self.left_out.push((method, setting));
@@ -156,7 +156,8 @@ impl Comparison {
         MethodName::ALL.into_iter().filter(has).collect()
     }
 
-    /// Returns the error for a setting that `method` does not have; without a method, for settings that no single method has together.
+    /// Returns the error for a setting that `method` does not have. If `method` is `None`, returns the error for several settings that no
+    /// single method has.
     fn no_use(&self, method: Option<MethodName>) -> Error {
         let table = self.document.get("detector").and_then(Value::as_table);
         let keys = table.into_iter().flatten().map(|(key, value)| (format!("detector.{key}"), value));

@@ -6,31 +6,33 @@ use crate::arguments::Explain as Options;
 use crate::error::Error;
 use crate::results::FinishedRun;
 
-/// Number of trials with a wrong pole, or without an answer, that are explained by default.
+/// Default number of explained trials if the user asks for trials with a wrong pole or without an answer.
 const OF_A_KIND: usize = 10;
 
 /// A selected trial of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chosen {
-    /// Number of the sweep's point.
+    /// Number of the trial's sweep point.
     pub point: usize,
-    /// Number of the trial at this point.
+    /// Number of the trial at this sweep point.
     pub trial: u64,
-    /// Magnitude of the axis error in electrical degrees, by which trials are ordered; 180° without an axis, 0 if trials are not ordered.
+    /// Magnitude of the axis error in electrical degrees, which determines the order of the trials. 180° if the trial has no axis, 0 if the
+    /// trials are not ordered by error.
     far: f64,
 }
 
 /// The selection of trials to be explained.
 pub struct Choice {
     pub chosen: Vec<Chosen>,
-    /// Number of the run's trials without an axis, at the requested point if there is one. Such trials come first, in the order of their
-    /// numbers, because none is worse than another. 0 if the selection is not by the error.
+    /// Number of trials without an axis, at the requested sweep point or else in the whole run. They come before all other trials, by
+    /// ascending number. 0 if the selection is not by error.
     pub lost: u64,
     /// Name of the output folder for these trials.
     pub name: String,
 }
 
-/// Selects the requested trials: one by its number, those with the largest errors, with a wrong pole, or without an answer.
+/// Selects the requested trials: one trial by its number, the trials with the largest errors, those with a wrong pole, or those without an
+/// answer.
 pub fn choose(run: &FinishedRun, options: &Options) -> Result<Choice, Error> {
     let identity = &run.summary.run;
     let points = usize::try_from(identity.points).unwrap_or(usize::MAX);
@@ -98,7 +100,7 @@ pub fn choose(run: &FinishedRun, options: &Options) -> Result<Choice, Error> {
     Ok(Choice { chosen: all, lost, name: format!("{kind}-{most}{}", of_point(options)) })
 }
 
-/// Returns the requested point as part of a folder's name; empty if no point was requested.
+/// Returns the number of the requested sweep point as part of a folder's name. Empty if no point was requested.
 fn of_point(options: &Options) -> String {
     options.point.map_or_else(String::new, |point| format!("-point-{point}"))
 }

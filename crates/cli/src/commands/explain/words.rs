@@ -17,17 +17,17 @@ use crate::results::Begun;
 use crate::shell::command_line::set;
 use crate::summary::{decimals_of, fixed};
 
-/// Number of errors that a terminal lists, those with the largest effect first.
+/// Number of errors that the text for terminals lists. The errors with the largest effect come first.
 const LISTED: usize = 12;
 
-/// Footnote on how draws that are not normally distributed are expressed in standard deviations.
+/// Footnote on random draws that are not normally distributed. It explains how they are expressed in standard deviations.
 const SCORE: &str = "drawn: in standard deviations; of a uniform draw the normal score of its quantile, so that ±1.64 σ cut off 5 % either way.";
 
-/// Footnote of the table of causes, for scenarios with a converter that rounds.
+/// Footnote of the table of causes. It is shown if the scenario's converter rounds readings to whole codes.
 const ROUNDED: &str = " its part: mean and 95 % interval over 16 places of the converter's codes; within rounding: zero lies in that interval, and what the trial does then is the converter's.";
 
-/// Formats the effect of an error in degrees, followed by half the width of its interval if there is one. Shows at most three decimals, or
-/// more if half the width would be shown as zero.
+/// Formats the effect of an error in degrees. Half the width of the interval follows if there is an interval. The text has at most three
+/// decimals, or more if half the width would otherwise be shown as zero.
 fn part(part: &Estimate) -> String {
     let half = part.high - part.value;
     // Three decimals suffice, unless they would show a small value as zero.
@@ -53,7 +53,8 @@ fn ended(record: &Record) -> String {
     }
 }
 
-/// Formats the evidence of the readings for the right and the wrong pole, in standard deviations; none if there is no such evidence.
+/// Formats the evidence that the readings give for the right and for the wrong pole, in standard deviations. None if there is no such
+/// evidence.
 fn evidence(record: &Record) -> Option<String> {
     let Ended::Outcome(outcome) = record.run.ended else { return None };
     let findings = outcome.findings();
@@ -82,8 +83,8 @@ fn evidence(record: &Record) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-/// Returns the sentence on how far a quantity fell short of the limit at which a check ended the detection; none if no check with a limit
-/// ended it.
+/// Returns the sentence on the check that ended the detection. It states how far the checked quantity was from its limit. None if no check
+/// with a limit ended the detection.
 fn missed(record: &Record) -> Option<String> {
     let margin = record.findings().fault_margin.filter(|margin| *margin < 0.0)?;
     (record.verdict() == Verdict::Failed).then(|| {
@@ -94,11 +95,10 @@ fn missed(record: &Record) -> Option<String> {
     })
 }
 
-/// Smallest movement of the rotor during a detection, in electrical degrees, that the text mentions.
+/// Smallest movement of the rotor, in electrical degrees, that the text mentions. It is measured over one detection.
 const MOVED_DEG: f64 = 0.1;
 
-/// Returns the sentence on the rotor's movement, which is not among the errors that a trial draws; none if the movement is below
-/// `MOVED_DEG`.
+/// Returns the sentence on the movement of the rotor during the detection. None if the movement is below `MOVED_DEG`.
 fn turned(record: &Record, scenario: &Scenario<Method<f64>>) -> Option<String> {
     let moved = record.rotor_moved_deg();
     (moved >= MOVED_DEG).then(|| {
@@ -110,7 +110,7 @@ fn turned(record: &Record, scenario: &Scenario<Method<f64>>) -> Option<String> {
     })
 }
 
-/// Returns the purpose and the text of the command to continue with after a trial; `named`: the command line that began the run.
+/// Returns the purpose and the text of the command that is proposed after a trial. `named` is the command line that began the run.
 pub fn next(of: &Repeated, named: &Begun) -> (String, String) {
     let (explained, scenario) = (&of.explained, &of.single.scenario);
     let (record, method_alone) = (&explained.record, &explained.without_all);
@@ -152,7 +152,7 @@ pub fn next(of: &Repeated, named: &Begun) -> (String, String) {
     }
 }
 
-/// Returns the blocks of a trial: a verdict, the errors that it drew, and a table with the effect of each error.
+/// Returns the blocks of a trial: the verdict, the trial's random errors, and a table with the effect of each error.
 pub fn blocks(plan: &Plan, of: &Repeated) -> Vec<Block> {
     let (explained, single) = (&of.explained, &of.single);
     let record = &explained.record;

@@ -19,17 +19,18 @@ pub struct Weighted {
     pub method: String,
     /// Sum of the rates of the modes that were studied.
     pub total: f64,
-    /// Part of `total` that leads to wrong poles: its estimate, and the sum of the modes' 95 % upper bounds.
+    /// Part of `total` that leads to wrong poles. The first number is the estimate, the second is the sum of the 95 % upper bounds of all
+    /// modes.
     pub wrong_pole: [f64; 2],
-    /// Part of `total` that leads to an angle beyond the limit.
+    /// Part of `total` that leads to an angle error beyond the limit.
     pub beyond: f64,
     /// Part of `total` that leads to no answer.
     pub detected: f64,
 }
 
 impl Rates {
-    /// Reads a TOML file of lines `mode = rate`. Fails if a mode is not known, a rate is not a number from zero on, or no rate is above
-    /// zero.
+    /// Reads a TOML file with lines `mode = rate`. Fails if a mode is unknown, if a rate is negative or not a number, or if no rate is
+    /// above zero.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text = standstill_files::read_text(path).map_err(|error| Error::Read(path.to_owned(), error))?;
         let document = Document::parse(path, &text)?;
@@ -54,13 +55,13 @@ impl Rates {
         Ok(Self(rates))
     }
 
-    /// Returns the rate of a mode; none without a mode, or if the file does not have it.
+    /// Returns the rate of a failure mode. None if `mode` is none or the file has no rate for it.
     pub fn of(&self, mode: Option<FaultMode>) -> Option<f64> {
         self.0.iter().find(|(of, _)| Some(*of) == mode).map(|(_, rate)| *rate)
     }
 
-    /// Sums the outcomes of each method's rows, weighted by the rates. Only single faults that exist before the detection count, so each
-    /// rate counts once.
+    /// Sums the outcomes of each method's rows, weighted by the rates. Only rows with a single fault that exists before the detection
+    /// count, so that each rate counts once.
     pub fn weighted(&self, rows: &[Row]) -> Vec<Weighted> {
         let mut all: Vec<Weighted> = Vec::new();
         for row in rows {

@@ -9,8 +9,8 @@ use super::rates::Rates;
 use crate::arguments::Faults as Options;
 use crate::error::Error;
 
-/// Checks that there is something to study: at least one fault, two faults if `--pairs` is given, and one fault with a rate above zero if
-/// there are rates. `left`: faults that the drive cannot have.
+/// Checks that there is something to study. At least one fault is needed, or two faults if `--pairs` is given. If there are rates, one
+/// fault must have a rate above zero. `left` has the faults that the drive cannot have.
 pub fn are_studied(
     options: &Options,
     entries: &[Entry],
@@ -54,7 +54,7 @@ pub fn are_studied(
     )))
 }
 
-/// Checks that a scenario has room for the faults to study in addition to its own.
+/// Checks that the scenario can take the faults to study in addition to its own faults.
 pub fn has_room(options: &Options, plan: &Plan) -> Result<(), Error> {
     let own = &plan.file().faults;
     let (more, asked) = if options.pairs { (2, "two more by --pairs") } else { (1, "one more") };

@@ -5,7 +5,7 @@ use standstill_report::page::{Column, Table, Tone};
 
 use super::{Row, percent};
 
-/// Legend of the columns, in paragraphs.
+/// Paragraphs that explain the columns.
 pub const LEGEND: [&str; 6] = [
     "during: the fault begins at an instant of the detection that each trial draws, and stays; 50 µs: a contact that opens then for so long. The others \
      are there before the detection.",

@@ -7,10 +7,10 @@ use standstill_report::page::Tone;
 use super::{Row, Subject, percent};
 use crate::summary::FAILING;
 
-/// Largest share of starts with a dangerous answer that a fault may have if the headline is to be good.
+/// Largest share of dangerous answers of a fault for which the headline is still good.
 const MOST: f64 = 1e-3;
 
-/// Returns the rows with a fault.
+/// Returns the rows that have a fault.
 fn faults(rows: &[Row]) -> Vec<&Row> {
     rows.iter().filter(|row| !row.entry.modes.is_empty()).collect()
 }
@@ -19,18 +19,18 @@ fn rows_of(count: usize) -> String {
     if count == 1 { "the one fault".to_owned() } else { format!("{count} faults") }
 }
 
-/// Returns true if no start of the drive without a fault has an answer. The effect of a fault is then not visible.
+/// Returns true if the drive without a fault gives no answer in any start. The effect of a fault is then not visible.
 pub fn is_silent(rows: &[Row]) -> bool {
     let mut whole = rows.iter().filter(|row| row.entry.modes.is_empty()).peekable();
     whole.peek().is_some() && whole.all(|row| row.counts.detected() == row.counts.trials)
 }
 
-/// Returns true for a row without a fault in which more starts have no answer than `check` allows.
+/// Returns true if the row has no fault, but its share of starts without an answer is larger than `check` allows.
 pub fn is_mute(row: &Row) -> bool {
     row.entry.modes.is_empty() && row.counts.detected() as f64 > FAILING * row.counts.trials as f64
 }
 
-/// Returns the headline: how many faults lead to dangerous answers. A start without an answer is not dangerous.
+/// Returns the headline, which states how many faults lead to dangerous answers. A start without an answer is not dangerous.
 pub fn headline(rows: &[Row]) -> (Tone, String) {
     if is_silent(rows) {
         let text = "Nothing to be said of faults, for without a fault no start has an answer";
@@ -64,18 +64,18 @@ pub fn headline(rows: &[Row]) -> (Tone, String) {
     (Tone::Bad, text)
 }
 
-/// Returns the start with the largest error, and its row.
+/// Returns the start with the largest error and the row of this start.
 pub fn worst(rows: &[Row]) -> Option<(&Row, Worst)> {
     let worst = rows.iter().filter_map(|row| Some((row, row.counts.worst?)));
     worst.max_by(|a, b| a.1.error_deg.abs().total_cmp(&b.1.error_deg.abs()))
 }
 
-/// Returns the words for the drive to which `faults` adds no fault; `has_own`: the scenario itself has faults.
+/// Returns the words for the drive without an additional fault. `has_own` is true if the scenario itself has faults.
 pub const fn beside(has_own: bool) -> &'static str {
     if has_own { "with the scenario's own faults alone" } else { "without a fault" }
 }
 
-/// Returns the sentences that define *dangerous*, and those with details that the headline omits.
+/// Returns the sentences that define *dangerous*, and those with details that the headline does not have.
 pub fn details(of: &Subject<'_>, rows: &[Row]) -> Vec<String> {
     let allowed = of.allowed;
     let from = if rows.iter().all(|row| row.in_sectors) {
@@ -119,7 +119,7 @@ pub fn details(of: &Subject<'_>, rows: &[Row]) -> Vec<String> {
     details
 }
 
-/// Returns the sentence on wrong poles; none for a motor without poles.
+/// Returns the sentence on wrong poles. None for a motor without magnetic poles.
 fn poles(of: &Subject<'_>, rows: &[Row]) -> Option<String> {
     let faults = faults(rows);
     let seen = faults.iter().filter(|row| row.counts.wrong_pole > 0).count();
@@ -135,8 +135,8 @@ fn poles(of: &Subject<'_>, rows: &[Row]) -> Option<String> {
     of.has_magnet.then_some(text)
 }
 
-/// Returns the sentence on the faults of which no dangerous answer was seen, but whose upper bound is above `MOST`: how many trials would
-/// lower the bound to `MOST`. None without such faults.
+/// Returns the sentence on faults without a dangerous answer whose upper bound is still above `MOST`. It states how many trials would lower
+/// the bound to `MOST`. None if there are no such faults.
 fn trials_needed(rows: &[Row]) -> Option<String> {
     let is_open = |row: &&&Row| row.counts.undetected() == 0 && row.counts.undetected_bound() > MOST;
     let count = faults(rows).iter().filter(is_open).count();
