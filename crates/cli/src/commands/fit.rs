@@ -41,13 +41,13 @@ const DRIVE_KEYS: [&str; 8] = [
     SETTLE_KEY,
 ];
 
-/// Key of the settling time of the amplifier of a shunt in the DC link.
+/// Key of the settling time of the amplifier at the DC-link shunt.
 const SETTLE_KEY: &str = "sensors.settle";
 
 /// Keys that state the resistance of the switches.
 const SWITCH_KEYS: [&str; 2] = ["inverter.switch_resistance", "inverter.channel_resistance"];
 
-/// Returns the name that the fit's estimate of a key of the drive has.
+/// Converts a key of the drive to the name of the fit's estimate for this key.
 fn estimate_of(key: &str) -> &str {
     if SWITCH_KEYS.contains(&key) { "switch_resistance" } else { key.trim_start_matches("inverter.") }
 }
@@ -103,12 +103,12 @@ fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
     Ok(Start { motor, devices, dead_time, stated, settle, most_used: MOST_USED })
 }
 
-/// Returns whether both paths name the same existing file.
+/// Returns true if both paths lead to the same existing file.
 fn same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Refuses traces that are given twice, and output files that would overwrite an input.
+/// Checks that no trace is given twice, and that no output file would overwrite an input file.
 fn distinct(options: &Options) -> Result<(), Error> {
     let traces: Vec<&Path> = options.traces.iter().chain(&options.predict).map(PathBuf::as_path).collect();
     for (k, trace) in traces.iter().enumerate() {

@@ -14,7 +14,7 @@ use crate::scenario::{self, Shorthands};
 use crate::shell::output::replace;
 use crate::shell::{Report, interrupt};
 
-/// Largest size of the shared library in bytes; with full debug information it has some hundred MB.
+/// Largest size of the shared library in bytes. A library with full debug information has several hundred megabytes.
 const MOST_BYTES: u64 = 1 << 30;
 
 pub fn run(options: &Fmu) -> Result<Report, Error> {
@@ -80,8 +80,8 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     Ok(Report { text, code: 0 })
 }
 
-/// Refuses keys on the command line that the FMU does not use. A scenario file may contain more keys than a motor alone
-/// needs, but a key that the user types must have an effect.
+/// Refuses keys from the command line that have no effect in the FMU. Such keys are accepted in a scenario file, because it may contain
+/// more than a motor needs.
 fn no_idle_keys(document: &Document, part: Part, given: &[String]) -> Result<(), Error> {
     let Some(key) = given.iter().find(|key| !part.has_use_for(key)) else { return Ok(()) };
     let known: Vec<String> = part.keys().iter().map(|key| format!("`{key}`")).collect();
@@ -93,7 +93,7 @@ fn no_idle_keys(document: &Document, part: Part, given: &[String]) -> Result<(),
     Err(document.refuse(key, found, &needed).into())
 }
 
-/// Refuses to replace anything other than an FMU or a folder, such as a text, a device file or a symbolic link.
+/// Checks the output path. Only an existing FMU or folder may be replaced, not a text, a device file or a symbolic link.
 fn replaces_nothing_else(out: &Path) -> Result<(), Error> {
     let Ok(there) = std::fs::symlink_metadata(out) else { return Ok(()) };
     let mut begin = [0; 4];
@@ -106,8 +106,8 @@ fn replaces_nothing_else(out: &Path) -> Result<(), Error> {
     Err(Error::InTheWay { path: out.to_owned(), is: "no FMU", needed: "another name, or an FMU to replace" })
 }
 
-/// Reads the shared libraries for the FMU: those that `--binary` names; without that option, the library beside the program, and the
-/// libraries for other kinds of machines.
+/// Reads the shared libraries for the FMU. These are the libraries that `--binary` names. Without this option, they are the library beside
+/// the program and the libraries for other processors and operating systems.
 fn binaries(options: &Fmu) -> Result<Vec<Binary>, Error> {
     let mut paths = options.binary.clone();
     if paths.is_empty() {
@@ -134,7 +134,7 @@ fn binaries(options: &Fmu) -> Result<Vec<Binary>, Error> {
     Ok(all)
 }
 
-/// Returns the path of the shared library for this machine.
+/// Returns the path of the shared library for the processor and the operating system of this computer.
 fn own() -> Result<PathBuf, Error> {
     let program = std::env::current_exe().map_err(|error| Error::Read("standstill".into(), error))?;
     let places = Binary::beside(&program);

@@ -14,10 +14,10 @@ use crate::error::Error;
 use crate::shell::Report;
 use crate::shell::output::create_new;
 
-/// The example file with the keys outside the tables; keys of the tables are added from the registry of keys.
+/// The first part of the example file, with the keys that belong to no table. The registry of keys supplies the keys of the tables.
 const SCENARIO: &str = include_str!("init/scenario.toml");
 
-/// Returns the example with every key; each key of a table has an example and the first sentence of its description.
+/// Returns the example file with every key. For each key of a table it has an example value and the first sentence of the description.
 pub fn scenario() -> String {
     let mut text = String::new();
     for line in SCENARIO.lines() {
@@ -39,7 +39,7 @@ pub fn scenario() -> String {
     text
 }
 
-/// Returns the first sentence about a key, and the names if its values are a choice.
+/// Returns the first sentence of a key's description. If the key is a choice, the names of its values follow.
 fn remark(key: &file::Key) -> String {
     let about = key.about.split_whitespace().collect::<Vec<_>>().join(" ");
     // The colon in `0: none` does not end the sentence.
@@ -57,7 +57,7 @@ fn remark(key: &file::Key) -> String {
 /// Template of a data sheet.
 pub const MOTOR: &str = include_str!("init/motor.toml");
 
-/// Returns true if a file is the template of a data sheet, unchanged.
+/// Returns true if the file is an unchanged template of a data sheet.
 pub fn is_template(path: &str) -> bool {
     Files::default().read(Path::new(path)).is_ok_and(|bytes| *bytes == *MOTOR.as_bytes())
 }
@@ -115,7 +115,7 @@ mod tests {
 
     use super::*;
 
-    /// Turns comments that contain a key or a table into settings. Comments in prose stay.
+    /// Uncomments the lines that contain a key or a table. Comments in prose stay.
     fn with_comments(text: &str) -> String {
         let is_key = |word: &str| word.chars().all(|c| c.is_ascii_alphanumeric() || "_.\"-".contains(c));
         let given = |line: &str| {
@@ -127,7 +127,7 @@ mod tests {
         lines.collect::<Vec<_>>().join("\n")
     }
 
-    /// Returns the example scenario with its comments turned into settings, without the part that describes a motor.
+    /// Returns the example scenario with all keys uncommented. The part that describes a motor is left out.
     fn everything() -> String {
         with_comments(scenario().split("# A motor that differs").next().unwrap_or_default())
     }

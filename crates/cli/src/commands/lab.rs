@@ -71,12 +71,12 @@ fn advice(document: &Document) -> Result<Advice, String> {
     Ok(Advice { keys: Some(candidate.setting.in_scenario().into_iter().collect()), text })
 }
 
-/// Returns the HTML page of the finished run in a folder; reads no file outside `fence`.
+/// Returns the HTML page of the finished run in `folder`. Files outside the folder `fence` are not read.
 fn report(folder: &Path, fence: &Path) -> Result<String, String> {
     super::report::html(folder, fence).map_err(|error| error.to_string())
 }
 
-/// Opens the page in a browser if possible; the address is printed in any case.
+/// Opens the page in a browser if possible. The user also sees the address on the terminal.
 fn open(address: &str) {
     let (program, words): (_, &[&str]) = if cfg!(target_os = "macos") {
         ("open", &[])

@@ -18,14 +18,14 @@ use crate::shell::asked::NotedQuestion;
 use crate::shell::command_line::quoted;
 use crate::shell::{Report, interrupt};
 
-/// Number of current steps from zero to the largest current.
+/// Number of equal steps from zero to the largest current.
 const STEPS: u16 = 10;
 
 /// The subject of a survey: a motor, or a flux map without a motor.
 struct Subject {
     name: String,
     magnetics: MagneticCircuit,
-    /// Default value of the largest current, in A.
+    /// Default of the largest current in A.
     reach: f64,
     pole_pairs: Option<u32>,
     resistance: Option<f64>,
@@ -103,7 +103,8 @@ impl Subject {
     }
 }
 
-/// Returns the largest current in A that a map covers along +d, −d, +q and −q, from its ranges of i_d and i_q.
+/// Returns the largest current in A that a flux map covers in all four directions: +d, −d, +q and −q. The arguments are the ranges of i_d
+/// and i_q.
 fn covered([[d_low, d_high], [q_low, q_high]]: [[f64; 2]; 2]) -> f64 {
     (-d_low).min(d_high).min(-q_low).min(q_high)
 }
@@ -156,9 +157,9 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     answer.report(folder, options.json, &Made { asked: Some(asked), ..Made::default() })
 }
 
-/// Returns the standard errors of L_dd, L_dq and L_qq in H; NaN beyond the measured currents, none if the inductances do not come from a
-/// map. `current`: i_d and i_q in A on one of the axes. The temperature of a magnet changes the motor's operating point on the map, not the
-/// map's accuracy.
+/// Returns the standard errors of L_dd, L_dq and L_qq in H. `current` has i_d and i_q in A, on one of the axes. NaN if the current is
+/// outside the measured range. None if the inductances do not come from a flux map. The magnet temperature changes the operating point on
+/// the map, but not the accuracy of the map.
 fn standard_errors(subject: &Subject, current: [f64; 2]) -> Option<[f64; 3]> {
     let (_, map) = subject.map.as_ref()?;
     // The accuracy of the continued part of a map is not known.
@@ -170,12 +171,13 @@ fn standard_errors(subject: &Subject, current: [f64; 2]) -> Option<[f64; 3]> {
     Some(map.errors.at(current))
 }
 
-/// Returns the largest current in A that was surveyed.
+/// Returns the largest current of the survey in A.
 fn reach(survey: &Survey) -> f64 {
     survey.polarity.last().map_or(0.0, |point| point.current)
 }
 
-/// Returns L_d and L_q in H for an infinitely short pulse, which eddy currents reduce; none for a motor without eddy currents.
+/// Returns L_d and L_q in H as an infinitely short pulse measures them. Eddy currents reduce these values. None for a motor without eddy
+/// currents.
 fn short_pulse(subject: &Subject, survey: &Survey) -> Option<[f64; 2]> {
     let branch = subject.magnetics.eddy_currents()?;
     Some([survey.l_dd * (1.0 - branch.d_depth), survey.l_qq * (1.0 - branch.q_depth)])

@@ -20,7 +20,7 @@ use crate::shell::progress::Watched;
 use crate::shell::values::probability;
 use crate::shell::{Report, locked};
 
-/// Largest number of plain trials that is proposed for a few starts with the event: some minutes.
+/// Largest number of plain trials that the answer proposes for finding a few starts with the event. They take some minutes.
 const MOST_PLAIN: f64 = 100_000.0;
 
 pub fn run(options: &Options) -> Result<Report, Error> {
@@ -114,7 +114,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(trials.scenario(), answer)
 }
 
-/// Refuses an event that no start of the scenario can have.
+/// Refuses an event that cannot happen in any start of the scenario.
 fn can_happen(event: Event, plan: &Plan, scenario: &Scenario<Method<f64>>) -> Result<(), Error> {
     let motor = &scenario.motor;
     let (found, needed) = match event {
@@ -137,7 +137,7 @@ fn can_happen(event: Event, plan: &Plan, scenario: &Scenario<Method<f64>>) -> Re
     Err(Error::Arguments(format!("`--event {event}`: found {found}, needed {needed}")))
 }
 
-/// Returns the result that a start must have so that the event is defined for it: an axis or an angle.
+/// Returns the result, an axis or an angle, without which the event is not defined for a start.
 const fn needs(event: Event) -> Needs {
     match event {
         Event::Error(_) | Event::WrongEvidence => Needs::Axis,
@@ -145,18 +145,18 @@ const fn needs(event: Event) -> Needs {
     }
 }
 
-/// Returns true if only starts with an answer can have the event. Starts without an answer then make the event rarer.
+/// Returns true if the event is possible only in starts with an answer. Starts without an answer then make the event rarer.
 const fn is_about_answers(event: Event) -> bool {
     matches!(event, Event::WrongPole | Event::WrongEvidence | Event::Error(_))
 }
 
-/// Returns true if only starts with an answer can have the event, and no start has an answer: the probability of the event would say
+/// Returns true if the event is possible only in starts with an answer, but no start has one. The probability of the event would then say
 /// nothing about the detector.
 fn is_empty(event: Event, starts: &Silence) -> bool {
     is_about_answers(event) && starts.answered() == 0
 }
 
-/// Returns the smallest probability that the runs of the next higher effort reach, and that effort's name. None if no run gave up because
+/// Returns the smallest probability that the next higher effort can estimate, and the name of this effort. None if no run stopped because
 /// the event was too rare, or if there is no higher effort.
 fn deeper(effort: Effort, odds: &Odds) -> Option<(f64, &'static str)> {
     let gave_up = odds.alarms.iter().any(|alarm| matches!(alarm, Alarm::TooRare { .. }));
@@ -164,16 +164,17 @@ fn deeper(effort: Effort, odds: &Odds) -> Option<(f64, &'static str)> {
     gave_up.then_some((next.least(), next.name()))
 }
 
-/// Intermediate results of the runs of subset simulation, which estimates the probability of a rare event by levels of increasing rarity.
+/// Intermediate results of subset simulation, which estimates the probability of a rare event by levels of increasing rarity.
 #[derive(Default)]
 struct SoFar {
-    /// For each finished run the reason of its end, and its probability: of the event, or of its last level.
+    /// Results of the finished runs: the reason why the run ended, and a probability. This is the probability of the event, or that of the
+    /// last level if the run did not reach the event.
     runs: Vec<(End, f64)>,
-    /// Probability of the level that the current run has reached.
+    /// Probability of the level that the current run has reached. None before the first level.
     level: Option<f64>,
 }
 
-/// Observer that shows the progress of the runs on the terminal.
+/// Observer that prints the progress of the runs on the terminal.
 struct Listening<'a> {
     watched: &'a Watched,
     found: Mutex<SoFar>,
@@ -215,8 +216,8 @@ impl Watch for Listening<'_> {
     }
 }
 
-/// Returns the probability known so far as text: the probability of the event once a run has reached it, before that an upper limit from
-/// the levels reached.
+/// Returns the intermediate result as text. Once a run has reached the event, this is the probability of the event. Before, it is an upper
+/// limit from the levels that were reached.
 fn known(so_far: &SoFar) -> Option<String> {
     let reached = so_far.runs.iter().filter(|(end, _)| *end == End::Reached);
     let sum: f64 = reached.clone().map(|(_, found)| found).sum();
@@ -239,7 +240,7 @@ fn progress(so_far: &SoFar) -> String {
     known(so_far).map_or_else(|| run.clone(), |known| format!("{run}, {known}"))
 }
 
-/// Estimates the total number of trials, from the ends and levels of the finished runs.
+/// Estimates the total number of trials. `done` has the reason for the end and the number of levels of each finished run.
 fn expected(settings: &Settings, done: &[(End, u32)]) -> u64 {
     /// Number of levels assumed before any run has finished.
     const LEVELS: f64 = 6.0;
@@ -268,7 +269,7 @@ fn expected(settings: &Settings, done: &[(End, u32)]) -> u64 {
     }
 }
 
-/// Draws the waveforms of a typical start with the event; `tape`: the start's random numbers. Returns the figure and its caption.
+/// Plots the waveforms of a typical start with the event. `tape` has the random numbers of the start. Returns the figure and its caption.
 fn typical(trials: &Trials<'_>, tape: &Tape, event: Event, setting: &str) -> Result<(Figure, String), Error> {
     let scenario = trials.plan().scenario_taped(0, trials.scenario(), tape)?;
     let case = scenario.case_taped(tape);

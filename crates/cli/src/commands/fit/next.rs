@@ -22,8 +22,8 @@ fn amperes(value: f64) -> String {
     Quantity::<Ampere>::si(rounded(value, 2)).to_string()
 }
 
-/// Returns the sentence on the currents up to which saturation was measured, and on the saturation stated for larger
-/// ones.
+/// Returns the sentence on the range of currents in which saturation was measured, and on the saturation that is stated for larger
+/// currents. None if no larger currents are stated.
 pub(super) fn saturation(fit: &Fit) -> Option<String> {
     let beyond = fit.extrapolated();
     if beyond.is_empty() {
@@ -42,7 +42,7 @@ pub(super) fn saturation(fit: &Fit) -> Option<String> {
     Some(text)
 }
 
-/// Returns the sentence on the saturation laws of the iron for which the intervals of saturation hold; none if no saturation was measured.
+/// Returns the sentence on the saturation laws of the iron that the intervals of saturation cover. None if no saturation was measured.
 pub(super) fn law(fit: &Fit) -> Option<String> {
     let is_measured = fit.parameters.iter().any(|one| one.name.starts_with("saturation") && one.identified);
     is_measured.then(|| {
@@ -50,7 +50,7 @@ pub(super) fn law(fit: &Fit) -> Option<String> {
     })
 }
 
-/// Formats two values of a drive's parameter with three digits: the estimate, and the value with which the fit began.
+/// Formats the fit's estimate of a drive parameter and the value with which the fit began. Both have three digits.
 fn estimated_and_begun_with(fit: &Fit, one: &Discrepancy) -> [String; 2] {
     let estimate = fit.parameters.iter().find(|estimate| estimate.name == one.name);
     [estimate.map_or(f64::NAN, |estimate| estimate.value), one.begun_with].map(|value| {
@@ -59,7 +59,7 @@ fn estimated_and_begun_with(fit: &Fit, one: &Discrepancy) -> [String; 2] {
     })
 }
 
-/// Returns the sentence on a parameter of the drive whose given value these currents contradict.
+/// Returns the sentence on a drive parameter whose given value disagrees with the measured currents.
 pub(super) fn discrepancy(fit: &Fit, one: &Discrepancy) -> String {
     let [estimate, begun_with] = estimated_and_begun_with(fit, one);
     let (source, side) = (
@@ -73,7 +73,7 @@ pub(super) fn discrepancy(fit: &Fit, one: &Discrepancy) -> String {
     )
 }
 
-/// Returns the next step for a parameter of the drive whose given value these currents contradict.
+/// Returns the next step for a drive parameter whose given value disagrees with the measured currents.
 fn settled(fit: &Fit, one: &Discrepancy) -> String {
     let [_, begun_with] = estimated_and_begun_with(fit, one);
     let (measure, resembles) = match &one.name[..] {
@@ -95,8 +95,8 @@ fn settled(fit: &Fit, one: &Discrepancy) -> String {
     )
 }
 
-/// Returns the words that name the DC link as a possible cause of a misfit at large currents, if its voltage moves by more than 5 % of its
-/// mean while legs drive; empty for a steadier link.
+/// Returns the words that name the DC link as a possible cause of differences at large currents. Empty unless the DC-link voltage varies by
+/// more than 5 % of its mean within a pulse or a train of pulses.
 fn first_at_a_soft_link(swing: &Swing, files: &[String]) -> String {
     if !swing.is_soft() {
         return String::new();
@@ -105,8 +105,8 @@ fn first_at_a_soft_link(swing: &Swing, files: &[String]) -> String {
     format!("the DC link of {}, which moves by {moves} % while legs drive, then at ", files[swing.record])
 }
 
-/// Returns the sentence on where the simulation differs from currents that it does not describe, and on the likely
-/// cause. `files`: names of the trace files.
+/// Returns the sentence on the place where the simulation differs most from the measured currents, and on the likely cause. `files` has the
+/// names of the trace files.
 pub(super) fn misfit(fit: &Fit, files: &[String]) -> String {
     match fit.misfit() {
         Some(Misfit::LargeCurrents { above, ratio, .. }) => format!(
@@ -127,8 +127,8 @@ pub(super) fn misfit(fit: &Fit, files: &[String]) -> String {
     }
 }
 
-/// Returns the sentence on a DC link whose voltage moves by more than 2 % of its mean while legs drive; none for a steadier link. `files`:
-/// names of the trace files.
+/// Returns the sentence on a DC-link voltage that varies by more than 2 % of its mean within a pulse or a train of pulses. None if it
+/// varies less. `files` has the names of the trace files.
 pub(super) fn link(fit: &Fit, files: &[String]) -> Option<String> {
     let Swing { record, ends: [low, high], spread, .. } = fit.link_swing;
     fit.link_swing.is_noted().then(|| {
@@ -142,14 +142,14 @@ pub(super) fn link(fit: &Fit, files: &[String]) -> Option<String> {
     })
 }
 
-/// Returns the advice on recording with a steadier DC link; none if the link's voltage stays within 5 % of its mean.
+/// Returns the advice to measure with a steadier DC-link voltage. None if the voltage varies by at most 5 % of its mean.
 fn after_a_soft_link(fit: &Fit) -> Option<String> {
     let swing = fit.link_swing;
     swing.is_soft().then(|| format!("For a steadier DC link: {}", swing.steadier()))
 }
 
-/// Returns the next measurements if the simulation does not describe the currents. `again`: command line of this fit; `traces`: names of
-/// the trace files.
+/// Returns the next measurements for a fit that does not describe the measured currents. `again` is the command line of this fit. `traces`
+/// has the names of the trace files.
 fn after_a_misfit(fit: &Fit, again: &str, traces: &[String]) -> Vec<String> {
     let drive = "-s inverter.dead_time=…, -s inverter.diode_drop=…, -s inverter.devices=…";
     let misfit = fit.misfit();
@@ -183,7 +183,7 @@ fn after_a_misfit(fit: &Fit, again: &str, traces: &[String]) -> Vec<String> {
     steps
 }
 
-/// Returns the sentence on slow probes; none if the probes' lag was not estimated.
+/// Returns the sentence on slow current probes. None if the fit did not estimate the delay of the probes.
 pub(super) fn probe(fit: &Fit) -> Option<String> {
     let lag = fit.parameters.iter().find(|estimate| estimate.name == "probe_lag")?.value;
     Some(format!(
@@ -204,7 +204,7 @@ fn pulse(fit: &Fit, axis: usize, Pulse { legs, duration, current }: Pulse) -> St
     )
 }
 
-/// Returns the next steps of the user, with command lines.
+/// Returns the next steps for the user, with command lines.
 pub(super) fn steps(fit: &Fit, options: &Options) -> Vec<String> {
     let traces: Vec<String> = options.traces.iter().map(|path| path.display().to_string()).collect();
     let mut again = format!("standstill fit {}", traces.join(" "));
@@ -247,7 +247,8 @@ pub(super) fn steps(fit: &Fit, options: &Options) -> Vec<String> {
 mod tests {
     use super::*;
 
-    /// A link may sag or be charged as the current changes: the words state the file and the size of the movement, but no direction.
+    /// A DC-link voltage may fall or rise as the current changes. The text therefore states the file and the size of the variation, but no
+    /// direction.
     #[test]
     fn law_large_currents_are_laid_first_at_a_soft_link_by_name() {
         let files = ["stiff.csv", "soft.csv"].map(str::to_owned);

@@ -11,15 +11,16 @@ use crate::arguments::Fit as Options;
 use crate::figures;
 use crate::shell::command_line::quoted;
 
-/// Largest ratio of a prediction's residual to the fit's residual, both relative to their currents, at which the fit holds for a record.
+/// Largest ratio of two relative residuals, that of the prediction and that of the fit, at which the fit is valid for a record. A relative
+/// residual is divided by the rms of its currents.
 const WORSE: f64 = 1.5;
 
-/// Returns the rms difference between prediction and measurement, divided by the rms of the currents.
+/// Returns the relative residual: the rms difference of prediction and measurement, divided by the rms of the currents.
 fn share(of: &Prediction) -> f64 {
     of.residual_rms / of.current_rms
 }
 
-/// Returns the section with the table of predictions, and the conclusion from them.
+/// Returns the section on the predictions: their table, and the conclusion.
 pub(super) fn section(fit: &Fit, predicted: &[Prediction], options: &Options) -> Section {
     let own = fit.residual_rms / fit.current_rms;
     let columns =
@@ -50,7 +51,7 @@ pub(super) fn section(fit: &Fit, predicted: &[Prediction], options: &Options) ->
     Section::new("Traces that the fit has not seen", [Block::Table(table), Block::Text(said)])
 }
 
-/// Returns the options `--motor` and `-s` of this fit, for a further command line.
+/// Returns the options `--motor` and `-s` of this fit, formatted for another command line.
 fn given(options: &Options) -> String {
     let motor = options.motor.iter().map(|motor| format!(" --motor {}", quoted(motor)));
     let keys = options.set.iter().map(|(key, value)| format!(" -s {}", quoted(&format!("{key}={value}"))));

@@ -12,10 +12,10 @@ use standstill_files::read_at_most;
 
 use crate::error::Error;
 
-/// Nominal voltage in V and name of a battery cell, indexed by `si_battery_type`.
+/// Nominal voltage in V and name of each type of battery cell. The index is the value of `si_battery_type`.
 const CELLS: [(f64, &str); 3] = [(3.6, "lithium-ion"), (3.2, "lithium iron phosphate"), (2.0, "lead-acid")];
 
-/// Keys of the firmware's injection, which a data sheet cannot contain. The remarks list them as ignored.
+/// Keys of the signal injection in the firmware. A data sheet cannot contain them, so the remarks list them as ignored.
 const INJECTION: [&str; 8] = [
     "foc_sensor_mode",
     "foc_hfi_voltage_start",
@@ -27,12 +27,12 @@ const INJECTION: [&str; 8] = [
     "foc_hfi_amb_current",
 ];
 
-/// Largest size of a configuration in bytes; usual ones have some ten thousand. The parser's search for repeated
-/// attributes takes a time that grows with the square of their number.
+/// Largest size of a configuration in bytes. Usual configurations have some ten thousand bytes. The limit bounds the parsing time, which
+/// grows with the square of the number of attributes.
 const MOST_BYTES: u64 = 1 << 18;
 
-/// Largest number of elements, attributes and texts; usual configurations have some thousand. The parser needs twenty
-/// times as much memory as an element's text.
+/// Largest number of elements, attributes and texts. Usual configurations have some thousand. The limit bounds the memory of the parser,
+/// which is twenty times the size of an element's text.
 const MOST_NODES: u32 = 20_000;
 
 /// The settings read from the file.
@@ -54,7 +54,7 @@ impl Settings<'_> {
         }
     }
 
-    /// Returns a positive number; an error if the number is missing or not positive.
+    /// Returns the positive number of this key. Fails if the number is missing or not positive.
     fn needed(&self, key: &str) -> Result<f64, Error> {
         match self.number(key)? {
             Some(number) if number > 0.0 => Ok(number),
@@ -90,7 +90,7 @@ fn read(path: &Path) -> Result<Settings<'_>, Error> {
     Ok(settings)
 }
 
-/// Returns the text of the data sheet, and remarks on what is assumed, for the terminal.
+/// Returns two texts: the data sheet, and the remarks for the terminal on assumed values.
 pub fn sheet(path: &Path) -> Result<(String, String), Error> {
     let settings = read(path)?;
     let [r, l, flux] =
@@ -183,12 +183,12 @@ fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
-/// Rounds a number to twelve digits, to remove rounding errors.
+/// Rounds a number to twelve significant digits to remove rounding errors.
 fn digits(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }
 
-/// Returns the DC link's voltage in V, and how it was obtained.
+/// Returns the DC-link voltage in V and a text that states its source.
 fn link(settings: &Settings<'_>) -> Result<(f64, String), Error> {
     let kind = settings.number("si_battery_type")?.unwrap_or(0.0);
     let (volts, name) =
@@ -205,7 +205,7 @@ mod tests {
 
     use super::*;
 
-    /// A motor configuration as VESC Tool saves it, without most of its two hundred settings.
+    /// A motor configuration as VESC Tool saves it. Most of its two hundred settings are omitted.
     const XML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <MCConfiguration>
     <ConfigVersion>3</ConfigVersion>

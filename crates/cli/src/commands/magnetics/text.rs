@@ -25,7 +25,8 @@ const fn meaning(signature: PolaritySignature) -> &'static str {
     }
 }
 
-/// Returns the text on electrical time constants and torque; empty if neither resistance nor pole pairs are known.
+/// Returns the text on the electrical time constants and on the torque. Empty if neither the resistance nor the number of pole pairs is
+/// known.
 fn motor_text(subject: &Subject, survey: &Survey) -> String {
     let mut text = String::new();
     if let Some(r) = subject.resistance {
@@ -40,7 +41,7 @@ fn motor_text(subject: &Subject, survey: &Survey) -> String {
     text
 }
 
-/// Returns the text on effects outside the core's table: harmonics, eddy currents, hysteresis.
+/// Returns the text on effects that the table of the core does not contain: harmonics, eddy currents and hysteresis.
 fn beside_the_core(subject: &Subject, survey: &Survey) -> String {
     let mut text = String::new();
     let harmonics = subject.magnetics.harmonics();
@@ -162,7 +163,8 @@ pub fn of(subject: &Subject, survey: &Survey) -> Answer {
     )
 }
 
-/// Returns the table of the inductances toward the north and the south pole; `current`, `inductance`: numbers of decimals.
+/// Returns the table of the inductances at currents toward the north and the south pole. `current` and `inductance` are the numbers of
+/// decimals.
 fn polarity(survey: &Survey, current: usize, inductance: usize) -> Table {
     let rows = survey.polarity.iter().map(|p| {
         vec![
@@ -176,8 +178,8 @@ fn polarity(survey: &Survey, current: usize, inductance: usize) -> Table {
     Table::new(titles.map(Column::number)).rows(rows)
 }
 
-/// Returns the text on the side of the map that the file lacks and that fitted cores continue, one line for each kind of core. `reach`:
-/// largest current in A.
+/// Returns the text on the side of the flux map that the file does not contain. The program continues the map there by fitted cores. The
+/// text has one line for each kind of core. `reach` is the largest current in A.
 fn continued_text(map: &FluxMap, continued: &Continuation, reach: f64) -> String {
     let [low, high] = continued.measured.map(short);
     let mut text =

@@ -12,11 +12,11 @@ use crate::commands::question::Silence;
 use crate::shell::NOT_SHOWN;
 use crate::shell::values::{probability, probability_interval};
 
-/// Number of draws (random errors of a start) that are listed for a sector.
+/// Number of random errors of a start that are listed for a sector.
 const LISTED: usize = 6;
 
-/// Formats a sector of the rotor's angle as table cells: its angles, the sign of the error, its share of the event in per cent, and the
-/// draws that are away from zero.
+/// Formats a sector of the rotor angle as table cells: its angles, the sign of the error, its share of the event in per cent, and the
+/// random errors whose mean is clearly not zero.
 fn cells(sector: &Sector) -> Vec<String> {
     let sign = match sector.positive {
         Some(true) => "+",
@@ -36,13 +36,13 @@ fn cells(sector: &Sector) -> Vec<String> {
     ]
 }
 
-/// Formats a large number of trials in two digits.
+/// Formats a large number of trials with two digits.
 pub(super) fn about(trials: f64) -> String {
     let two = format!("{trials:.1e}").parse().unwrap_or(trials);
     if two < 1e6 { count(two) } else { format!("{} million", rounded(two, -6)) }
 }
 
-/// Formats a ratio in words, in two digits from 10 on.
+/// Formats a ratio in words. Ratios from 10 on have two digits.
 pub(super) fn times(ratio: f64) -> String {
     if ratio < 1.5 {
         return "about".to_owned();
@@ -65,7 +65,8 @@ fn method(odds: &Odds) -> String {
     if odds.probability.value > 0.0 { format!("{interval}, {how}") } else { how }
 }
 
-/// Formats a probability as `one in N starts`, with the digits that the interval supports, at most three. None if the probability is zero.
+/// Formats a probability as `one in N starts`. The number of digits, at most three, depends on the interval. None if the probability is
+/// zero.
 fn one_in(p: &Estimate) -> Option<String> {
     const NAMES: [(f64, &str); 3] = [(1e12, " million million"), (1e9, " billion"), (1e6, " million")];
     let often = Estimate { value: 1.0 / p.value, low: 1.0 / p.high, high: 1.0 / p.low };
@@ -76,7 +77,7 @@ fn one_in(p: &Estimate) -> Option<String> {
     Some(format!("one in {}{name} starts", count(rounded(often / unit, 0))))
 }
 
-/// Returns the phrase that names the starts to which the probability refers.
+/// Returns the phrase that names the set of starts to which the probability refers.
 fn share_of(event: Event, in_sectors: bool) -> String {
     match event {
         Event::Error(bound) if in_sectors => format!(
@@ -89,7 +90,7 @@ fn share_of(event: Event, in_sectors: bool) -> String {
     }
 }
 
-/// Returns the answer for the case that no start has the axis or angle for which the event is defined.
+/// Returns the answer if no start has the axis or angle that the event requires.
 pub(super) fn unanswered(setting: String, event: Event, starts: &Silence) -> Answer {
     let headline = format!("{event}: nothing to be said, for {}", starts.sentence());
     let verdict = verdict(Tone::Bad, headline, Vec::new());
@@ -133,7 +134,7 @@ fn run((number, run): (usize, &Run)) -> Record {
         .with("end", run.end.name())
 }
 
-/// Returns the table of the runs, which only the page shows.
+/// Returns the table of the runs. Only the page shows it.
 fn runs(odds: &Odds) -> Table {
     let columns = ["run", "probability", "own variation", "levels", "trials"].map(Column::number);
     let more = [Column::number("moves taken").unit("%"), Column::number("ancestors")];
@@ -175,7 +176,7 @@ fn sector(sector: &Sector) -> serde_json::Value {
     })
 }
 
-/// Returns the answer without its figures; `in_sectors`: true if the method's answers are sectors.
+/// Returns the answer without its figures. `in_sectors` is true if the method answers with sectors.
 pub(super) fn answer(
     setting: String,
     event: Event,
