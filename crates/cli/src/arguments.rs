@@ -34,8 +34,8 @@ pub use slurm::Slurm;
 pub use values::Force;
 use values::{MOST_ROWS, OUT, amperes, choice, degrees, milliseconds, tolerance, trial, whole};
 
-/// Text of `--version`: the program's version, the number of the numerics (a run can be resumed only with the same one)
-/// and that of the detector ABI (which libraries are compatible).
+/// Text of `--version`. It has three versions: that of the program, that of the numerics, and that of the detector ABI. A run can be
+/// resumed only with the same version of the numerics. The version of the ABI decides which detector libraries are compatible.
 static VERSION: LazyLock<String> = LazyLock::new(|| {
     let version = env!("CARGO_PKG_VERSION");
     format!("{version} (numerics {NUMERICS}, ABI of detectors {ABI})")

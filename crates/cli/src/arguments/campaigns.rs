@@ -16,11 +16,11 @@ use super::scenario::{Axes, Keys, Seed, Source, assignment};
 use super::values::{Force, MOST_ROWS, Mode, OUT, choice, trial, whole};
 use crate::error::Error;
 
-/// Largest number of trials at each point of a run that keeps only statistics. With the largest number of points of a
-/// design the total still fits into 64 bits.
+/// Largest number of trials at each sweep point of a run that keeps only statistics. Even with the largest number of sweep points, the
+/// total number of trials fits into 64 bits.
 const MOST_TRIALS: u64 = 100_000_000_000;
 
-/// Largest number of trials at one value of a key (`require`), or of one failure mode (`faults`).
+/// Largest number of trials at each value of a key in `require`, and of each failure mode in `faults`.
 pub const MOST_AT_A_VALUE: u64 = 100_000_000;
 
 /// Number and selection of trials.
@@ -367,7 +367,7 @@ pub struct Bounds {
 }
 
 impl Amount {
-    /// Refuses a run with more trials than the number of rows that can be kept.
+    /// Refuses a run that keeps the rows of more trials than is allowed.
     pub fn check(&self, rows: Rows) -> Result<(), Error> {
         match self.trials {
             Some(trials) if rows == Rows::All && trials > MOST_ROWS => Err(Error::Arguments(format!(

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::Command;
 use super::values::OUT;
 
-/// Returns the default folder of a command for a scenario's file or a motor. Without either, the folder has the
-/// command's name only.
+/// Returns the default output folder of a command. `of` is the scenario file or the motor. Without `of`, the folder is named after the
+/// command only.
 ///
 /// Different scenarios have different folders, as have different commands.
 pub fn default_folder(of: Option<&Path>, command: &str) -> PathBuf {
@@ -15,7 +15,7 @@ pub fn default_folder(of: Option<&Path>, command: &str) -> PathBuf {
 }
 
 impl Command {
-    /// Replaces the placeholder [`OUT`] by the default folder of the command.
+    /// Replaces the placeholder [`OUT`] with the default folder of the command.
     pub fn name_folder(&mut self) {
         let motor = |motor: &Option<String>| motor.as_ref().map(PathBuf::from);
         let (out, of, command) = match self {

@@ -17,12 +17,12 @@ pub const GROUPS: [(&str, &[&str]); 6] = [
     ("About this program", &["reproduce", "witness", "schema", "completions", "man", "help"]),
 ];
 
-/// Width of the list in columns.
+/// Width of the list of commands in columns.
 const WIDTH: usize = 100;
-/// Width in columns before a command's description.
+/// Column at which the description of a command begins.
 const INDENT: usize = 15;
 
-/// The template of the program's help, with its commands in groups.
+/// The template of the program's help, which lists the commands in groups.
 pub static HELP: LazyLock<String> = LazyLock::new(|| {
     let mut text = "{before-help}{about-with-newline}\n{usage-heading} {usage}\n".to_owned();
     let all = Command::augment_subcommands(clap::Command::new("standstill"));

@@ -56,7 +56,7 @@ fn slurm_time(text: &str) -> Result<String, String> {
     Err("not a time as Slurm takes it: minutes, minutes:seconds, hours:minutes:seconds, days-hours, days-hours:minutes or days-hours:minutes:seconds".to_owned())
 }
 
-/// Checks a word for a line of Slurm directives.
+/// Checks that a word contains only characters that are safe in a Slurm directive.
 fn directive(text: &str) -> Result<String, String> {
     let fits = |c: char| c.is_ascii_alphanumeric() || "-_.:,".contains(c);
     match text {

@@ -10,8 +10,7 @@ use standstill_interface::Choice;
 use standstill_plant::MapValues;
 use standstill_scenario::FaultMode;
 
-/// Placeholder for the default folder of results, which is named after the scenario's file or the motor, and after the
-/// command.
+/// Placeholder for the default output folder. The folder is named after the scenario file or the motor, and after the command.
 pub const OUT: &str = "standstill-out/SCENARIO-COMMAND";
 
 /// Whether existing results may be replaced.
@@ -26,7 +25,7 @@ pub fn map_values(text: &str) -> Result<MapValues, String> {
     MapValues::named(text).ok_or_else(|| format!("not one of {}", MapValues::NAMES.join(", ")))
 }
 
-/// Parses an angle in degrees, of at most one turn in either direction; a larger angle is probably a mistake.
+/// Parses an angle in degrees. It must be between −360° and 360°, because a larger angle is probably a mistake.
 pub fn degrees(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(angle) if angle.abs() <= 360.0 => Ok(angle.rem_euclid(360.0)),
@@ -34,11 +33,10 @@ pub fn degrees(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Largest number of trials of which rows are kept, on disk or in memory.
+/// Largest number of trials for which a run keeps rows, on disk or in memory.
 pub const MOST_ROWS: u64 = 100_000_000;
 
-/// Parses a whole number in a range. The error message names the upper limit unless it is the largest representable
-/// number.
+/// Parses a whole number in a range. The error message names the upper limit unless this is `u64::MAX`.
 pub fn whole<T: TryFrom<u64> + Clone + Send + Sync + 'static>(
     range: RangeInclusive<u64>,
 ) -> impl TypedValueParser<Value = T> {
@@ -51,12 +49,12 @@ pub fn whole<T: TryFrom<u64> + Clone + Send + Sync + 'static>(
     }
 }
 
-/// Parses a choice by its name.
+/// Parses the name of a choice's value.
 pub fn choice<T: Choice>() -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(T::NAMES).try_map(|name| T::named(&name).ok_or("no such choice"))
 }
 
-/// Parses the name of a failure mode. Modes that are not simulated are refused with the reason.
+/// Parses the name of a failure mode. If the mode is not simulated, refuses it and states the reason.
 #[derive(Clone)]
 pub struct Mode;
 
@@ -85,7 +83,7 @@ impl TypedValueParser for Mode {
     }
 }
 
-/// Parses the number of a trial, from 0 to 2⁶⁰ − 1, the largest for which there is a random stream.
+/// Parses the number of a trial, from 0 to 2⁶⁰ − 1. For larger numbers there is no stream of random numbers.
 pub fn trial() -> impl TypedValueParser<Value = u64> {
     whole::<u64>(0..=(1 << 60) - 1)
 }

@@ -74,7 +74,8 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(&scenario, answer(&words, setting(plan.file(), &scenario), manifest, heard.as_deref()))
 }
 
-/// Returns the indices of the requirements that `--only` names, in ascending order; the indices of all requirements without that option.
+/// Returns the indices of the requirements that `--only` names, in ascending order. Without this option, returns the indices of all
+/// requirements.
 fn only(options: &Options, requirements: &Requirements) -> Result<Vec<usize>, Error> {
     let place = |id: &String| {
         let ids = || requirements.list.iter().map(|requirement| requirement.id.as_str());

@@ -31,18 +31,18 @@ use crate::shell::progress::Watched;
 use crate::shell::setup::Setup;
 use crate::shell::{Report, workers};
 
-/// Returns the document with the settings from the command line.
+/// Returns the scenario document of a question, with the keys that the command line sets.
 pub fn document(question: &Question) -> Result<Document, Error> {
     let shorthands = Shorthands::default().seed(question.seed);
     scenario::changed(scenario::read(&question.scenario)?, &question.keys, shorthands)
 }
 
-/// Returns the plan of a scenario without sweep axes.
+/// Returns the plan of a question. Fails if its scenario has sweep axes or `stop_at`.
 pub fn plan(question: &Question) -> Result<Plan, Error> {
     plan_of(document(question)?)
 }
 
-/// Returns the plan of a document without sweep axes.
+/// Returns the plan of a scenario document. Fails if the document has sweep axes or `stop_at`.
 pub fn plan_of(document: Document) -> Result<Plan, Error> {
     let file = document.load()?;
     if !file.axes.is_empty() {
@@ -58,12 +58,12 @@ pub fn plan_of(document: Document) -> Result<Plan, Error> {
     Ok(plan)
 }
 
-/// Returns the scenario of a question with its keys and its seed, formatted for a command line.
+/// Returns the arguments that ask a question again: scenario, keys and seed, formatted for a command line.
 pub fn again(question: &Question) -> String {
     given(&question.scenario.to_string_lossy(), &question.keys, question.seed)
 }
 
-/// Returns a scenario or a motor with keys and a seed, formatted for a command line.
+/// Formats a scenario or a motor, with keys and a seed, for a command line.
 pub fn given(scenario: &str, keys: &Keys, seed: Seed) -> String {
     let mut line = quoted(scenario);
     line.extend(keys.set.iter().map(|(key, value)| set(key, value)));
@@ -76,20 +76,20 @@ pub fn given(scenario: &str, keys: &Keys, seed: Seed) -> String {
     line
 }
 
-/// A question that is being answered.
+/// A question during its computation.
 pub struct Asked<'a> {
     question: &'a Question,
-    /// Name of the command, which is also the name of its files.
+    /// Name of the command. The output files have the same name.
     name: &'static str,
     plan: &'a Plan,
     identity: Identity,
-    /// Progress bar, interrupt flag, and the notes from which `--resume` can continue.
+    /// Progress bar, interrupt flag, and the intermediate results from which `--resume` continues.
     pub watched: Watched,
 }
 
 impl<'a> Asked<'a> {
-    /// Begins a question. `options`: options of the command with their values; `trials`: approximate number of trials, 0 if it is not
-    /// known. If `--resume` finds a finished answer, returns its report in place of the question.
+    /// Begins a question. `options` has the command's options and their values. `trials` is the approximate number of trials, or 0 if it is
+    /// unknown. If `--resume` is given and the answer is already finished, returns the report of this answer instead.
     ///
     /// # Errors
     /// Files cannot be written; notes exist, but `--resume` is not given or they belong to another scenario; or the folder has the answer
@@ -123,7 +123,7 @@ impl<'a> Asked<'a> {
         Ok(Ok(Self { question, name, plan, identity, watched }))
     }
 
-    /// Carries out work on the requested number of threads and returns its result; none if it was interrupted.
+    /// Runs `work` on the requested number of threads and returns its result. None if it was interrupted.
     pub fn run<T: Send>(
         &self,
         work: impl FnOnce() -> Result<T, Halt<FileError>> + Send,
@@ -137,12 +137,12 @@ impl<'a> Asked<'a> {
         }
     }
 
-    /// Returns the identity of the question.
+    /// Returns the identity of the question, which determines its answer.
     pub const fn identity(&self) -> &Identity {
         &self.identity
     }
 
-    /// Removes the notes (intermediate results for `--resume`) that this process wrote. Notes of another process stay.
+    /// Removes the intermediate results that this process stored for `--resume`. Those of another process stay.
     pub fn forget(&self) -> Result<(), Error> {
         let own = notes_of(self.question, self.name).filter(|_| self.watched.has_notes());
         match own.filter(|notes| notes.exists()) {
@@ -151,7 +151,7 @@ impl<'a> Asked<'a> {
         }
     }
 
-    /// Returns the report of an interrupted question; `done`: words for the part that was completed.
+    /// Returns the report of an interrupted question. `done` describes the part that was completed.
     pub fn interrupted(&self, done: &str) -> Report {
         let kept = notes_of(self.question, self.name).filter(|_| self.watched.has_notes());
         let command = to_resume();
@@ -195,12 +195,13 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// Returns the path at which an interruptible question stores its intermediate results; none if no files are written.
+/// Returns the path of the intermediate results of a question. None if no files are written.
 fn notes_of(question: &Question, name: &str) -> Option<PathBuf> {
     Some(folder(question, name)?.join(format!("{name}.journal")))
 }
 
-/// Opens the notes (intermediate results for `--resume`) at this path. They are new, or belong to the same question.
+/// Opens the file of intermediate results at this path. With `--resume` it continues those of the same question, otherwise it begins with
+/// none.
 fn notes(question: &Question, path: PathBuf, asked: &Identity) -> Result<Notes, Error> {
     if let Some(folder) = path.parent() {
         remove_stale(folder);
@@ -225,13 +226,13 @@ fn notes(question: &Question, path: PathBuf, asked: &Identity) -> Result<Notes, 
     Ok(notes)
 }
 
-/// Returns the output folder; none if no files are written.
+/// Returns the output folder. None if no files are written.
 fn folder(question: &Question, name: &str) -> Option<PathBuf> {
     let default = || (!question.json).then(|| default_folder(Some(&question.scenario), name));
     question.out.clone().or_else(default)
 }
 
-/// Returns motor, method and errors of an answer in one line, with notes below it.
+/// Returns motor, method and errors of an answer in one line. Notes follow on separate lines.
 pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String {
     let sectors = scenario.detector.half_sector().filter(|_| scenario.foreign.is_none());
     let sectors =
@@ -249,7 +250,7 @@ pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String 
     )
 }
 
-/// Returns the note on poles that the motor's data do not determine; none if they do.
+/// Returns the note for a motor whose data do not show which pole is which. None for other motors.
 fn pole_note(scenario: &Scenario<Method<f64>>) -> Option<&'static str> {
     scenario.motor.pole_knowledge().note().filter(|_| scenario.motor.has_magnet())
 }

@@ -18,7 +18,7 @@ impl Words<'_> {
         again(self.question) + &keys
     }
 
-    /// Returns the command that judges a requirement again.
+    /// Returns the command that evaluates a requirement again. `number` is the index of the requirement.
     pub fn repeats(&self, number: usize) -> String {
         let file = quoted(&self.requirements.to_string_lossy());
         let id = quoted(&self.requirement(number).id);
@@ -32,7 +32,7 @@ impl Words<'_> {
         )
     }
 
-    /// Returns advice on a requirement, in words and as a command.
+    /// Returns advice on a requirement as a sentence, and the command to run if there is one.
     pub fn advice(&self, number: usize) -> (String, Option<String>) {
         let id = &self.requirement(number).id;
         let Some((of, claim)) = self.binding(number) else { return (String::new(), None) };
@@ -63,8 +63,8 @@ impl Words<'_> {
         Some(format!("standstill odds {scenario} --event {} --effort {effort}", quoted(&event)))
     }
 
-    /// Returns the name or file of a case's motor as an argument of `magnetics`. If the scenario file itself describes the motor, returns
-    /// that file.
+    /// Returns the argument of `magnetics` that selects the motor of a case. This is the name or the file of the motor, or the scenario
+    /// file if the scenario itself describes the motor.
     fn motor_file(&self, of: &Case) -> String {
         let scenario = &self.question.scenario;
         let MotorSpec::Named(name) = &of.plan().file().motor else {
@@ -76,7 +76,7 @@ impl Words<'_> {
         folder.map_or_else(|| name.clone(), |folder| folder.join(name).to_string_lossy().into_owned())
     }
 
-    /// Returns advice on a requirement that was neither passed nor failed.
+    /// Returns advice on a requirement that neither passed nor failed.
     fn open(&self, id: &str, of: &Case, claim: &Claim) -> (String, Option<String>) {
         if claim.open.is_some() {
             let command = format!("standstill magnetics {}", quoted(&self.motor_file(of)));
@@ -126,7 +126,7 @@ impl Words<'_> {
         }
     }
 
-    /// Returns the phrase on the number of trials that would show a claim.
+    /// Returns the phrase on the number of trials that are needed to show that a claim holds.
     fn more(&self, claim: &Claim) -> String {
         match claim.trials_needed() {
             Some(needed) if needed <= MOST_TRIALS => {
@@ -151,7 +151,7 @@ impl Words<'_> {
         }
     }
 
-    /// Returns the blocks with advice on the requirements that did not pass, and on how to judge a requirement again.
+    /// Returns blocks with advice on the requirements that did not pass, and on how to evaluate a requirement again.
     pub fn next(&self) -> Vec<Block> {
         let passed = |number: &usize| self.found.verdict(*number) == Verdict::Passed;
         let mut blocks = Vec::new();
@@ -180,7 +180,7 @@ fn code(command: String) -> Block {
     Block::Code { caption: String::new(), text: command + "\n" }
 }
 
-/// Converts an id to a part of a folder's name.
+/// Converts the id of a requirement to a text that is valid in a folder's name.
 fn slug(id: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' };
     id.chars().map(plain).take(40).collect()

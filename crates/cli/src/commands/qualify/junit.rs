@@ -7,7 +7,7 @@ use standstill_analysis::qualify::Verdict;
 
 use super::words::Words;
 
-/// Returns the list of requirements as a test suite.
+/// Returns the verdicts on the requirements as a test suite in the XML format of JUnit.
 pub fn suite(words: &Words<'_>) -> String {
     let of = |verdict| words.asked.iter().filter(|number| words.found.verdict(**number) == verdict).count();
     let counts = format!(
@@ -52,7 +52,7 @@ pub fn suite(words: &Words<'_>) -> String {
     text + "  </testsuite>\n</testsuites>\n"
 }
 
-/// Escapes a text for XML, attributes included. Characters that XML does not allow are replaced.
+/// Escapes a text for XML elements and attributes. Replaces characters that XML does not allow.
 fn escaped(text: &str) -> String {
     const ENTITIES: [(&str, &str); 8] = [
         ("&", "&amp;"),

@@ -17,8 +17,8 @@ use crate::commands::witness;
 use crate::error::Error;
 use crate::shell::values::each_once;
 
-/// Returns the manifest as JSON. Its digests are checksums against mix-ups, not a protection against forgery. `requirements`: path of the
-/// file of requirements; `digest`: its digest.
+/// Returns the manifest as JSON. Its digests detect mix-ups of files, but do not protect against forgery. `requirements` is the path of the
+/// file of requirements, and `digest` is the digest of this file.
 pub fn of(plan: &Plan, requirements: &Path, digest: &str, identity: &Identity) -> Result<Value, Error> {
     let program = std::env::current_exe().ok();
     let of_program = program.as_ref().and_then(|path| Digest::of_file(path).ok());
@@ -40,7 +40,7 @@ pub fn of(plan: &Plan, requirements: &Path, digest: &str, identity: &Identity) -
     }))
 }
 
-/// Returns the name of the processor if the system provides it, otherwise its architecture.
+/// Returns the name of the processor. If the system does not provide the name, returns the architecture.
 fn processor() -> String {
     let told = standstill_files::read_text(Path::new("/proc/cpuinfo")).ok();
     let name = told.as_deref().and_then(|text| {
@@ -50,7 +50,8 @@ fn processor() -> String {
     name.unwrap_or_else(|| std::env::consts::ARCH.to_owned())
 }
 
-/// Returns a sentence with the number of witnesses (computations on this machine with known results) that hold.
+/// Returns the sentence on the witnesses, which are computations with known results. It states for how many of them this machine computes
+/// the known result.
 pub fn heard(witnesses: Option<&[Witness]>) -> String {
     match witnesses {
         None => "not heard (--no-witness); `standstill witness` hears them".to_owned(),
@@ -61,7 +62,7 @@ pub fn heard(witnesses: Option<&[Witness]>) -> String {
     }
 }
 
-/// Returns the values that data sheets mark as assumed, each once: motor, key, value, reason.
+/// Returns the values that data sheets mark as assumed, without duplicates. Each row has motor, key, value and reason.
 fn assumed(found: &Qualification) -> Vec<[String; 4]> {
     each_once(found.cases.iter().flat_map(|of| {
         let row =
@@ -70,8 +71,8 @@ fn assumed(found: &Qualification) -> Vec<[String; 4]> {
     }))
 }
 
-/// Returns the conditions in which rare events happen, each once: case, event, sector of the rotor's angle with its share of the event, and
-/// draws.
+/// Returns the conditions in which rare events happen, without duplicates. Each row has the case, the event, the sector of the rotor angle
+/// with its share of the event, and the random errors.
 fn triggers(found: &Qualification) -> Vec<[String; 4]> {
     let mut rows = Vec::new();
     for of in &found.cases {
@@ -93,7 +94,7 @@ fn triggers(found: &Qualification) -> Vec<[String; 4]> {
     each_once(rows)
 }
 
-/// Returns the annexes as JSON.
+/// Returns the annexes of the evidence as JSON.
 pub fn annex(found: &Qualification, witnesses: Option<&[Witness]>) -> Value {
     let assumed = assumed(found);
     let assumed: Vec<Value> = assumed
@@ -113,7 +114,7 @@ pub fn annex(found: &Qualification, witnesses: Option<&[Witness]>) -> Value {
     })
 }
 
-/// Returns the annexes as sections of the page.
+/// Returns the annexes of the evidence as sections of the page.
 pub fn sections(found: &Qualification, witnesses: Option<&[Witness]>) -> Vec<Section> {
     let list = NOT_MODELLED.map(str::to_owned).to_vec();
     let mut sections = vec![Section::new("What is not modelled", [Block::List(list)])];

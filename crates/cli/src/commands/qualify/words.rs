@@ -12,19 +12,20 @@ use standstill_report::page::Sheet;
 use crate::answer::{Record, Records};
 use crate::arguments::Question;
 
-/// A qualification, and the requirements that the user asked about.
+/// The results of a qualification, and the requirements for which the user wants them.
 pub struct Words<'a> {
     pub found: &'a Qualification,
-    /// Indices of the requirements that the user asked about.
+    /// Indices of the requirements for which the user wants the results.
     pub asked: &'a [usize],
     pub question: &'a Question,
     /// Path of the file of requirements.
     pub requirements: &'a Path,
-    /// Witnesses (computations with known results) that do not hold on this machine. If there are any, the qualification fails.
+    /// Witnesses that fail on this machine. A witness is a computation with a known result. If a witness fails, the qualification fails,
+    /// too.
     pub silent: Vec<&'a Witness>,
 }
 
-/// Describes a case in words: the keys that it sets in the scenario, and its fault.
+/// Describes a case in words: the scenario keys that it sets, and its fault.
 pub fn case(case: &Case) -> String {
     let text = |value: &toml::Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
     let settings = case.settings.iter().map(|(key, value)| format!("{key}={}", text(value)));
@@ -33,7 +34,7 @@ pub fn case(case: &Case) -> String {
     if all.is_empty() { "the scenario".to_owned() } else { all.join(", ") }
 }
 
-/// Formats a share with three digits, in per cent unless it is tiny.
+/// Formats a share with three digits. The text is in per cent unless the share is tiny.
 pub fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     if percent > 0.0 && percent < 0.01 {
@@ -76,7 +77,7 @@ fn degrees(value: f64) -> String {
     format!("{value:.decimals$}°")
 }
 
-/// Describes in words the results of a claim (the limit of a requirement in one case), with their interval.
+/// Describes the result of a claim and its interval in words. A claim is the limit of a requirement in one case.
 fn shown(of: &Case, claim: &Claim) -> String {
     let seen = &claim.seen;
     let [cases, starts] = claim.counts();
@@ -135,7 +136,7 @@ impl Words<'_> {
         &self.found.requirements.list[number]
     }
 
-    /// Returns the sentence on the probability that any verdict is wrong.
+    /// Returns the sentence on the probability that one or more verdicts are wrong.
     pub fn confidence(&self) -> String {
         let count = self.found.count();
         let whole = 1.0 - self.found.requirements.confidence;
@@ -152,9 +153,9 @@ impl Words<'_> {
         )
     }
 
-    /// Returns the claim that decides a requirement: among the claims with the worst verdict, the claim with the largest ratio of result to
-    /// limit. The result is the value seen if the claim failed, otherwise the upper end of its interval. A guard, which states that few
-    /// starts have no answer, decides only if no other claim has the worst verdict.
+    /// Returns the claim that decides a requirement. Among the claims with the worst verdict, it is the claim with the largest ratio of
+    /// result to limit. The result is the estimate if the claim failed, otherwise the upper end of its interval. A guard is a claim that
+    /// few starts have no answer. It decides only if no other claim has the worst verdict.
     pub fn binding(&self, number: usize) -> Option<(&Case, &Claim)> {
         let worst = self.found.verdict(number);
         let beyond = |claim: &Claim| {
@@ -171,7 +172,7 @@ impl Words<'_> {
         })
     }
 
-    /// Returns the phrase on the number of cases that have the requirement's verdict; none if the requirement has a single case.
+    /// Returns the phrase on the number of cases that have the same verdict as the requirement. None if the requirement has a single case.
     fn of_cases(&self, number: usize) -> Option<String> {
         let worst = self.found.verdict(number);
         let mut cases: Vec<(Vec<String>, Verdict)> = Vec::new();
@@ -193,8 +194,8 @@ impl Words<'_> {
         vec![requirement.id.clone(), verdict, requirement.limit.clone(), shown, trials.to_string()]
     }
 
-    /// Describes in words the results that decide a requirement, and returns the number of trials of all its cases, those of `odds`
-    /// included.
+    /// Returns two values: the results that decide a requirement in words, and the number of trials of all its cases. This number includes
+    /// the trials of `odds`.
     pub fn evidence(&self, number: usize) -> (String, u64) {
         let claims: Vec<_> = self.found.claims(number).collect();
         let trials =
@@ -238,7 +239,7 @@ impl Words<'_> {
         })
     }
 
-    /// Returns the verdicts on all requirements that the user asked about as JSON.
+    /// Returns as JSON the verdicts on the requirements for which the user wants the results.
     pub fn json(&self) -> Value {
         let of = |number: &usize| {
             let requirement = self.requirement(*number);
@@ -294,7 +295,7 @@ impl Words<'_> {
         rows.into_iter().collect()
     }
 
-    /// Returns the page that is to be signed.
+    /// Returns the page for the signatures.
     pub fn sheet(
         &self,
         headline: &str,

@@ -9,9 +9,9 @@ use toml::Value;
 use crate::error::Error;
 use crate::shell::values::shown;
 
-/// A key whose values are numbers, with the option that names it.
+/// A key with numbers as values, and the option that names this key.
 pub struct Key<'a> {
-    /// Text of the option that names the key, for messages.
+    /// Text of the option, for error messages.
     pub option: String,
     pub name: &'a str,
     pub whole: bool,
@@ -20,7 +20,7 @@ pub struct Key<'a> {
 }
 
 impl Key<'_> {
-    /// Parses `FROM:TO` into two values in SI units. The scenario must be valid with each of them.
+    /// Parses `FROM:TO` and returns both numbers in SI units. The scenario must be valid with each of them.
     ///
     /// # Errors
     /// The text is not two numbers, the first is not below the second, or a value is not possible for the key.
@@ -51,7 +51,7 @@ impl Key<'_> {
             .map_err(|error| self.impossible((text, number), plain, document, error))
     }
 
-    /// Returns the error of an impossible value. If a unit is missing, the message names this as the likely reason.
+    /// Returns the error for a value that the key does not allow. If the value has no unit, the message names this as the likely cause.
     fn impossible(
         &self,
         (text, number): (&str, f64),
@@ -89,8 +89,9 @@ fn possible(document: &Document, key: &str, value: Value) -> Result<(), FileErro
     Plan::new(tried)?.scenario(0).map(|_| ())
 }
 
-/// Returns the limit of a key's allowed values, between the scenario's own value and the value `refused` (in SI units), as text: `needed at
-/// least 2 µs`. None if the own value is refused, too, or one of both is not above zero.
+/// Returns the limit of a key's allowed values as text, such as `needed at least 2 µs`. The limit lies between the scenario's own value,
+/// which must be allowed, and `refused`, a value in SI units that is not allowed. None if the scenario's own value is not allowed, or if
+/// one of the two values is not above zero.
 pub fn allowed(document: &Document, key: &str, refused: f64) -> Option<String> {
     let none = Limits(Vec::new());
     let own = Bench::new(document, &none, &[key.to_owned()]).ok()?.nominal(0)?;

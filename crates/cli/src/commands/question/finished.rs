@@ -12,10 +12,10 @@ use crate::error::Error;
 use crate::shell::Report;
 use crate::shell::output::file_list;
 
-/// Key of the answer's text in its JSON.
+/// Key under which the JSON of an answer has the answer's text.
 pub const KEY: &str = "said";
 
-/// The text of an answer, as stored in its JSON. Tables and figures are only on its page.
+/// The text of an answer, as stored in its JSON. Only the page has the tables and figures.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Said {
     setting: String,
@@ -55,8 +55,8 @@ impl Said {
     }
 }
 
-/// Returns the report on the finished answer of this name in a folder. The caller has checked that it answers the same question. None if
-/// there is no finished answer, or if an older version wrote it without its text.
+/// Returns the report of a finished answer with this name in a folder. The caller must check that the answer belongs to the same question.
+/// None if there is no finished answer, or if an older version stored it without its text.
 ///
 /// # Errors
 /// The answer cannot be read.
