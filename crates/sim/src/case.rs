@@ -66,8 +66,8 @@ impl Default for Tolerance {
     }
 }
 
-/// All inputs of one run. All parameters of the specimen are already drawn; only the noise and the jitter of the samples
-/// and the noise of the comparators are drawn during the run, from [`Case::streams`].
+/// All inputs of one run. The specimen's random parameters have fixed values. Only the noise and the jitter of the samples
+/// and the noise of the comparators are generated during the run, from [`Case::streams`].
 ///
 /// ```
 /// use standstill_interface::{Command, Detector, Fault, Findings, Nanos, Outcome, Phase, Reading, Sampling, Stage, Step};
@@ -112,17 +112,17 @@ impl Default for Tolerance {
 pub struct Case<'a> {
     /// The motor.
     pub motor: &'a Motor,
-    /// The inverter of this specimen: its gate delays and the phase of its link's ripple are already drawn.
+    /// The inverter of this specimen, with fixed values of its gate delays and of the phase of its DC link's ripple.
     pub inverter: Inverter,
-    /// The sensors of this specimen: their errors are already drawn.
+    /// The sensors of this specimen, with fixed values of their errors.
     pub sensors: Sensors,
     /// Initial electrical angle θ of the rotor in rad.
     pub start_angle: f64,
     /// Mechanical state of the rotor.
     pub rotor: RotorState,
-    /// Remanence of the stator's iron from earlier operation, given by the direction of the last large change of the flux:
-    /// electrical angle in rad from the a-axis. None: the iron has never been magnetised. Ignored for iron without
-    /// hysteresis.
+    /// Direction of the last large flux change in earlier operation, as an electrical angle in rad from the a-axis. This
+    /// direction determines the remanence of the stator's iron. None if the iron has never been magnetised. Ignored for
+    /// iron without hysteresis.
     pub memory: Option<f64>,
     /// Torque in N·m that the load exerts against forward motion; a hanging load keeps pulling at standstill.
     pub load_torque: f64,
@@ -132,7 +132,7 @@ pub struct Case<'a> {
     pub acceleration: f64,
     /// Faults of wires, switches and sensors.
     pub faults: Faults,
-    /// Random draws for the noise and the jitter of the samples and for the noise of the comparators.
+    /// Random numbers for the noise and the jitter of the samples and for the noise of the comparators.
     pub streams: Streams<'a>,
     /// Numerical tolerance.
     pub tolerance: Tolerance,

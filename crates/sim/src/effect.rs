@@ -69,8 +69,8 @@ impl<V: Wide> BranchPoint<V> {
     }
 }
 
-/// Evaluates an expression for each effect of the machines, in the order of a step; `$branch`: the machines' branch,
-/// if they have one.
+/// Evaluates an expression for each effect of the machines, in the order of a step. `$branch` is the machines' optional
+/// parallel branch.
 macro_rules! each_effect {
     ($machine:expr, $branch:expr, $effect:ident => $do:expr) => {{
         let machine = $machine;
@@ -92,7 +92,7 @@ pub trait Effect<V: Wide> {
     /// Quantities of the effect over one step.
     type Step: Copy + Default;
 
-    /// Writes the effect's initial state for a case at rest into a lane of `state`; `flux`: flux linkage in Wb in the rotor's plane.
+    /// Writes the effect's initial state for a case at rest into a lane of `state`. `flux` is the flux linkage in Wb in the rotor's plane.
     fn rest(&self, _lane: usize, _case: &Case<'_>, _flux: Dq<f64>, _state: &mut State<V>) {}
 
     /// Writes the effect's predicted state at the end of the step into `there`.
@@ -111,7 +111,7 @@ pub trait Effect<V: Wide> {
         V::of(0.0)
     }
 
-    /// Returns the effect's quantities of a step whose both ends are known, as the referee's steps need them.
+    /// Returns the effect's quantities of a step if both ends are known. The referee's steps need these quantities.
     #[inline(always)]
     fn between(&self, _end: &End<'_, '_, V>, _there: &Here<V>) -> Self::Step {
         Self::Step::default()
@@ -139,7 +139,7 @@ pub trait Effect<V: Wide> {
     fn work(&self, _moment: &Moment<'_, '_, V>, _span: &Span<'_, '_, V>, _spent: &mut Ledger) {}
 }
 
-/// Implements methods of an optional effect: they do nothing in machines without it.
+/// Implements methods of an optional effect, which do nothing in machines without the effect.
 macro_rules! where_there {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {$(
         #[inline(always)]
@@ -151,7 +151,7 @@ macro_rules! where_there {
     )*};
 }
 
-/// An optional effect: machines without it skip its part of the step.
+/// An optional effect. Machines without the effect skip this part of the step.
 impl<V: Wide, E: Effect<V>> Effect<V> for Option<&E> {
     type Step = Option<E::Step>;
 

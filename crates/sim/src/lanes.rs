@@ -31,7 +31,7 @@ use crate::trace::{NoProbe, Probe};
 /// The source of cases and the receiver of finished runs. This trait hides the types of detectors, so that the engine
 /// is compiled once for each register width instead of once for each detector.
 trait Host<'a> {
-    /// Returns the next case for this lane; none if all cases have begun.
+    /// Returns the next case for this lane; none if no case is left.
     fn next(&mut self, lane: usize) -> Option<Case<'a>>;
 
     /// Returns the command of the detector in this lane after these readings; `None` if the detector is done.
@@ -41,7 +41,7 @@ trait Host<'a> {
     fn over(&mut self, lane: usize, finished: Finished);
 }
 
-/// A detector as a closure: returns the next command after the readings of the last one; `None` if the detector is done.
+/// A detector as a closure. It takes the readings of the last command and returns the next command, or `None` if the detector is done.
 type Orders<'d> = dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>> + 'd;
 
 /// Continues a run until it needs a step (`None`) or ends; in the latter case returns the finished run.
@@ -216,7 +216,7 @@ pub fn referee<T: Real, D: Detector<T> + ?Sized>(
     by(case, detector, ledger, probe, true)
 }
 
-/// Carries out one run of a detector; `refereed`: whether the steps are the referee's instead of the engine's.
+/// Carries out one run of a detector. If `refereed` is true, the referee computes the steps instead of the engine.
 fn by<T: Real, D: Detector<T> + ?Sized>(
     case: &Case,
     detector: &mut D,

@@ -13,8 +13,8 @@ use crate::sensing::{Arrangement, Comparator, ComparatorSettings, Comparators, I
 use crate::trace::{ComparatorState, Event};
 use crate::{Draws, Purpose};
 
-/// Values of band-limited noise are drawn only while the current is nearer to the threshold than this number of standard
-/// deviations of the noise, which the noise exceeds with a probability of 1e-9.
+/// Largest distance of the current from the threshold, in standard deviations of the noise, at which values of
+/// band-limited noise are generated. The noise exceeds this distance with a probability of 1e-9.
 const FAR: f64 = 6.0;
 
 /// The comparators of one run.
@@ -24,7 +24,7 @@ pub struct Watching<'a> {
     specimen: Comparator,
     noise: Draws<'a>,
     /// The threshold in A of the present command, including the noise of its pulse; none if the command has no
-    /// threshold, or once a comparator has tripped at it.
+    /// threshold, or if a comparator has already tripped at it.
     threshold: Option<f64>,
     /// Present value in A of band-limited noise; none while the current is too far from the threshold for the noise to
     /// matter.
@@ -32,7 +32,7 @@ pub struct Watching<'a> {
     /// Time in ns at which the comparators' levels change next: the end of the blanking, or the next value of the noise. [`NEVER`] if no
     /// change is due.
     wakes: f64,
-    /// Whether the last located trip was premature: the current had not quite reached its level.
+    /// True if the last trip was located slightly too early, before the current had reached the level.
     near: bool,
     /// Second stage and sampling of a command with a threshold, kept until its first stage has ended.
     after: Option<(Option<Stage<f64>>, Sampling)>,
@@ -78,8 +78,8 @@ impl<'a> Watching<'a> {
         }
     }
 
-    /// Returns whether the first stage of a command with a threshold is still running, so that its second stage is
-    /// still to come.
+    /// Returns whether the first stage of a command with a threshold is still running and its second stage has
+    /// not begun.
     pub fn goes_on(&self) -> bool {
         self.after.is_some()
     }
@@ -95,8 +95,8 @@ impl<'a> Watching<'a> {
         }
     }
 
-    /// Returns the level in A at which a comparator ends the stage; infinite if it cannot end one. While values of band-limited noise
-    /// are not drawn, the level is lower by [`FAR`] standard deviations, so that drawing begins in time.
+    /// Returns the level in A at which a comparator ends the stage; infinite if it cannot end a stage. While no values of
+    /// band-limited noise are generated, the level is lower by [`FAR`] standard deviations, so that generation begins in time.
     fn ends_stage(&self, input: Input) -> f64 {
         let exists = (input == Input::Link) == (self.settings.arrangement == Comparators::Common);
         let noise = match self.settings.noise_hold() {
@@ -108,7 +108,7 @@ impl<'a> Watching<'a> {
             .map_or(f64::INFINITY, |threshold| threshold + self.specimen.offset[input.number()] - noise)
     }
 
-    /// Draws the next (or the first) value of band-limited noise at `now` in ns; without such noise, does nothing.
+    /// Generates the first or the next value of band-limited noise at the time `now` in ns. Does nothing if there is no such noise.
     fn draw_value(&mut self, now: f64) {
         let Some((hold, correlation)) = self.settings.noise_hold() else { return };
         let fresh = self.settings.noise * self.noise.normal();
@@ -158,7 +158,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Enables the comparators after the blanking time, or draws the next value of their noise. A comparator whose current already
+    /// Enables the comparators after the blanking time, or generates the next value of their noise. A comparator whose current already
     /// exceeds its level trips at once.
     pub(super) fn unblank<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
         let now = self.time(bank);
@@ -207,8 +207,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Handles the trip of a comparator at the present time: it ends the stage after the comparator's delay, or, as an overcurrent,
-    /// ends the run.
+    /// Handles the trip of a comparator at the present time. A trip at the threshold ends the stage after the comparator's delay; a
+    /// trip at the overcurrent level ends the run.
     ///
     /// # Errors
     /// [`RunError::Overcurrent`].

@@ -26,7 +26,7 @@ pub struct One {
     pub inverse_inductance: Symmetric,
     /// Slope of the currents in A/s at constant flux, caused by eddy currents and by the rotor's rotation.
     pub drift: Plane,
-    /// With shorted turns: R i less the true resistive drop of the winding, in V, where i is the current of the terminals.
+    /// For a winding with shorted turns: R i minus the actual resistive voltage drop in V, where i is the terminal current.
     pub pull: Plane,
     /// Voltage of the DC link in V.
     pub dc_link: f64,
@@ -59,8 +59,8 @@ impl One {
         }
     }
 
-    /// Returns the machine's electrical state at its terminals, from which the bridge finds the conducting devices;
-    /// `current`: currents of the legs in A.
+    /// Returns the machine's electrical state at its terminals, from which the bridge finds the conducting devices.
+    /// `current` contains the currents of the legs in A.
     pub fn port(&self, current: [f64; 3]) -> Port {
         let held = self.current.through(self.resistance)
             - self.pull
@@ -72,8 +72,8 @@ impl One {
     }
 }
 
-/// Transforms a port, given in the stator's plane, into a plane in which leg k has the axis of phase k, turned or mirrored
-/// against the stator's. `wires`: number of the phase that each leg really feeds.
+/// Transforms a port, given in the stator's plane, into a plane in which leg k has the axis of phase k. This plane is rotated or
+/// mirrored against the stator's plane. `wires` contains the number of the phase that each leg is connected to.
 fn as_wired(port: Port, wires: [usize; 3]) -> Port {
     // The matrix that takes the axis of each leg's phase to the leg's own: ⅔ Σ aₖ ⊗ p(k).
     let turned = |v: AlphaBeta<f64>| {
@@ -153,7 +153,7 @@ impl<'a> Control<'a> {
             && (0..3).any(|k| legs.direction(self.lane, k) != 0.0)
     }
 
-    /// Ends the mode of this guard, whose margin has reached zero, and finds the modes that follow.
+    /// Ends the mode that `guard` limits after the guard's margin has reached zero, and finds the next modes.
     pub(super) fn end_mode<V: Wide>(&mut self, bank: &mut Bank<'a, V>, guard: Guard) -> Result<(), RunError> {
         let passed = self.time(bank);
         match guard {
@@ -193,8 +193,8 @@ impl<'a> Control<'a> {
         self.resolve(bank)
     }
 
-    /// Returns whether a voltage may let legs without current conduct: the link's voltage between terminals, or a voltage that the rotor,
-    /// eddy currents or shorted turns induce. If so, updates the link's voltage to the present time.
+    /// Returns whether a voltage may start a current: the DC link's voltage between terminals, or a voltage induced by the rotor, eddy
+    /// currents or shorted turns. If the result is true, updates the DC link's voltage to the present time.
     pub(super) fn drives_legs<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> bool {
         self.found = self.time(bank);
         let gates = self.gates(bank);
@@ -205,8 +205,8 @@ impl<'a> Control<'a> {
         drives
     }
 
-    /// Sets the currents of these legs, which are zero within the error of a step, to exactly zero. The flux changes as
-    /// a voltage impulse at the legs' terminals would change it.
+    /// Sets the currents of these legs to exactly zero. They must be zero within the error of a step. The flux changes as
+    /// by a voltage impulse at the legs' terminals.
     pub(super) fn make_zero<V: Wide>(&self, bank: &mut Bank<'a, V>, legs: [bool; 3]) {
         let lane = self.lane;
         let all = legs.iter().filter(|leg| **leg).count() >= 2;

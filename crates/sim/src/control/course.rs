@@ -11,7 +11,7 @@ pub struct Course {
     pub end: Nanos,
     /// Instants at which the command asks for samples.
     pub sampling: Sampling,
-    /// Number of the trigger after the pending one.
+    /// Number of the trigger that follows the pending trigger.
     pub number: u32,
     /// The pending trigger: its nominal time since the begin of the command, and its actual time since the start of the
     /// run, with delay and jitter.
@@ -46,7 +46,7 @@ impl Course {
         converted_at: Nanos::ZERO,
     };
 
-    /// Takes the present values into the pending sample: all phases at once without skew, else one phase per call, `skew` apart.
+    /// Stores the present values in the pending sample. Stores all phases at once if `skew` is zero, else one phase per call.
     /// Returns the phase currents in A and the DC link's voltage in V once all phases have been taken.
     pub fn converted(&mut self, current: [f64; 3], dc_link: f64, skew: Nanos) -> Option<([f64; 3], f64)> {
         if let (0, Some((_, at))) = (self.taken, self.pending) {
@@ -69,7 +69,7 @@ impl Course {
     }
 
     /// Counts one complete conversion of a sample that averages `count` conversions. If another conversion is due, schedules it
-    /// `apart` after the begin of this one, or at once if that has passed, and returns true.
+    /// `apart` after the begin of this conversion, or at once if that time has passed, and returns true.
     pub fn repeats(&mut self, count: u8, apart: Nanos) -> bool {
         self.conversions += 1;
         if self.conversions < count {

@@ -10,12 +10,12 @@ use crate::sensing::LowPass;
 use crate::step::two_derivative::Here;
 
 impl<'a> Control<'a> {
-    /// Returns the potentials of the terminals in V against the negative rail, with these gates and modes of the legs; for an open
-    /// wire, the potential of the drive's end.
+    /// Returns the potentials of the terminals in V against the negative rail, with these gates and modes of the legs. For an open
+    /// wire, returns the potential of the end at the drive.
     ///
     /// While no device conducts, leakages and dividers set the common potential of the three blocked terminals. Without dividers,
-    /// equal leakages of both switches hold it halfway between the bounds. Dividers pull the mean to the negative rail (`Σ v_k / R
-    /// = 0`), at most until a device begins to conduct.
+    /// equal leakages of both switches hold this potential halfway between the bounds. Dividers pull the mean potential to the
+    /// negative rail (`Σ v_k / R = 0`) until a device begins to conduct.
     pub(super) fn potentials<V: Wide>(
         &self,
         bank: &Bank<'a, V>,
@@ -32,8 +32,8 @@ impl<'a> Control<'a> {
         potentials
     }
 
-    /// Returns the potential of the drive's end of an open wire at a time in ns, as a share of the link's voltage: that of the rail to
-    /// which its leg is switched, or the one at which leakages or the divider hold it. None if the wire is whole.
+    /// Returns the potential of the drive's end of an open wire at a time in ns, as a share of the link's voltage. The leg's rail,
+    /// the leakages or the divider determine this potential. None if the wire is intact.
     fn open_end(&self, k: usize, time: f64) -> Option<f64> {
         if !self.case.inverter.bridge.disconnected[k] {
             return None;
@@ -47,8 +47,8 @@ impl<'a> Control<'a> {
         })
     }
 
-    /// Sets the machine's next instant: `stop` in ns, or the time at which the potential at the drive's end of an open wire next changes,
-    /// if that is earlier and filters behind dividers (of terminals with a capacitance) follow that potential.
+    /// Sets the machine's next instant to `stop` in ns, or to the next change of the potential at the drive's end of an open wire if that
+    /// is earlier. Such changes matter only to filters behind dividers of terminals with a capacitance.
     pub(super) fn stop_at<V: Wide>(&self, bank: &mut Bank<'a, V>, stop: f64) {
         let stop = self.hold_open_ends(bank, stop);
         bank.schedule.stop.put(self.lane, stop);
@@ -122,8 +122,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Advances the filters behind the dividers over the step that was just accepted; `thirds`: the states of the
-    /// machines at one and two thirds of the step.
+    /// Advances the filters behind the dividers over the last accepted step. `thirds` contains the states of the
+    /// machines at one third and two thirds of the step.
     pub(super) fn follow_dividers<V: Wide>(&mut self, bank: &Bank<'a, V>, thirds: &[Here<V>; 2]) {
         let Some(mut filters) = self.terminal_filters else { return };
         let (lane, step) = (self.lane, &bank.outcome.tried);
@@ -137,8 +137,8 @@ impl<'a> Control<'a> {
         self.terminal_filters = Some(filters);
     }
 
-    /// Advances the filters behind the dividers over a time without current, between two times in ns. Where the DC link
-    /// ripples, the time is split into `parts`.
+    /// Advances the filters behind the dividers over an interval without current, from `begin` to `until` in ns. If the DC
+    /// link ripples, the interval is divided into `parts`.
     pub(super) fn rest_dividers<V: Wide>(&mut self, bank: &Bank<'a, V>, begin: f64, until: f64, parts: f64) {
         let Some(mut filters) = self.terminal_filters else { return };
         if until <= begin {

@@ -24,13 +24,13 @@ impl<'a> Control<'a> {
         legs.gates[k].is_carried_out(self.lane, time, direction, both)
     }
 
-    /// Replaces the executed request to a leg by the next one.
+    /// Replaces the executed request to leg `k` by the next request.
     pub fn carry_out<V: Wide>(&mut self, bank: &mut Bank<'a, V>, k: usize) {
         self.sequencer.carry_out(&mut bank.machine.legs, self.lane, k);
     }
 
-    /// Returns the time in ns of the DC source's next instant after `time` in ns: begin, middle or end of a sag, which a long step
-    /// could miss.
+    /// Returns the first time in ns after `time` in ns at which a voltage sag of the DC source begins, reaches its middle or ends. A
+    /// long step could otherwise miss the sag.
     pub(super) fn next_source_instant(&self, time: f64) -> f64 {
         let Some(sag) = self.case.inverter.link.sag else { return NEVER };
         [0.0, 0.5, 1.0]

@@ -12,7 +12,7 @@ use crate::physics::gates::NEVER;
 use crate::physics::plane::Plane;
 use crate::physics::terminals::of_legs;
 
-/// Length of the step to try, relative to the time in which a constant current charges a terminal to its bound.
+/// Ratio of the next trial step to the time in which a constant current charges a terminal to its bound.
 const CARRIED: f64 = 1.2;
 
 /// Factor that keeps the angle of a step below the largest one at which cubics can locate the end of a leg's mode in an
@@ -26,7 +26,7 @@ const EXACT: f64 = 0.55;
 /// If a current reverses before it has moved a terminal by this share of the way from bound to bound, the terminal counts as unmoved.
 const TURNS: f64 = 1e-6;
 
-/// Number of Newton iterations for the time in which the current carries a charge, from the time for a constant current.
+/// Number of Newton iterations that find the time in which the current carries a charge. They begin at the time for a constant current.
 const NEWTON: usize = 6;
 
 impl<'a> Control<'a> {
@@ -47,8 +47,8 @@ impl<'a> Control<'a> {
 
     /// Sets the length of the next step after a change of conduction. Starts from the last step length used with the same
     /// number of floating terminals. Limits it so that cubics can locate the end of a leg's mode in an oscillation, and to
-    /// little more than the time in which a current charges a terminal to its bound. `bands`: bounds of the potentials in V;
-    /// `behind`: potentials in V at the winding, after the drops in the terminals' ringing resistances.
+    /// little more than the time in which a current charges a terminal to its bound. `bands` contains the bounds of the potentials in V.
+    /// `behind` contains the potentials in V at the winding, after the drops in the terminals' ringing resistances.
     pub(super) fn expect<V: Wide>(
         &self,
         bank: &mut Bank<'a, V>,
@@ -118,8 +118,8 @@ struct Way {
 }
 
 impl Way {
-    /// Makes the series of a run's currents at its present state. `floats`: which terminals float; `rise`: time derivative of the current
-    /// in A/s.
+    /// Makes the series of a run's currents at its present state. `floats` is true for each floating terminal. `rise` is the time
+    /// derivative of the current in A/s.
     fn of<'a, V: Wide>(control: &Control<'a>, bank: &Bank<'a, V>, floats: [bool; 3], rise: Plane) -> Self {
         let bridge = &control.case.inverter.bridge;
         let one = One::of(bank, &bank.here, control.lane);
@@ -152,8 +152,8 @@ impl Way {
         Self { axes, current, square, capacitance, leak }
     }
 
-    /// Returns the times in s in which the current charges terminal `k` from a potential in V to a bound: first for a
-    /// constant current, then for the Taylor series. The second time is infinite where the series is not exact enough.
+    /// Returns the times in s in which the current charges terminal `k` from a potential in V to a bound. The first
+    /// time assumes a constant current; the second follows from the Taylor series and is infinite if the series is too inexact.
     fn carries(&self, k: usize, potential: f64, [low, high]: [f64; 2]) -> (f64, f64) {
         let mut terms = self.current.map(|of| self.axes[k].dot(of));
         if self.leak > 0.0 {

@@ -106,8 +106,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Computes the machine's operating point after a jump of its flux. `before`: play cells before the jump. Returns the cells' loss in
-    /// the jump, divided by 3/2, in J.
+    /// Computes the machine's operating point after a jump of its flux. `before` contains the play cells before the jump. Returns the
+    /// hysteresis loss of the cells in the jump, divided by 3/2, in J.
     fn look_after_jump<V: Wide>(&self, bank: &mut Bank<'a, V>, before: Option<&Before>) -> f64 {
         let (lane, flux) = (self.lane, bank.here.state.flux.get(self.lane));
         let cells = bank.machine.branch.as_mut().zip(before);

@@ -18,9 +18,9 @@ use crate::physics::legs::Legs;
 struct LegSequencer {
     timing: GateTiming,
     plan: LegPlan,
-    /// Requests of finished commands whose edges are still to come.
+    /// Requests of finished commands that have not yet switched the gates.
     left: VecDeque<(Nanos, Gate)>,
-    /// The next request whose gate differs from `requested`, if it has been looked up already.
+    /// The next request whose gate differs from `requested`, if that request is already known.
     ahead: Option<(Nanos, Gate)>,
     /// The last request that was passed to the leg's gates.
     requested: Gate,
@@ -28,8 +28,8 @@ struct LegSequencer {
     before: Gate,
     /// Time of the last change of the request before the present command; none if there was no change.
     changed: Option<Nanos>,
-    /// Whether the leg's gates advance through alternating PWM requests by themselves, so that this sequencer has to catch up before it
-    /// passes the next request.
+    /// Whether the leg's gates advance through alternating PWM requests by themselves, so that the sequencer must be updated
+    /// before it passes the next request.
     alternates: bool,
     /// Requests to a leg whose switches may fail; none for all other legs.
     faulty: Option<Faulty>,
@@ -40,9 +40,9 @@ struct LegSequencer {
 struct Faulty {
     /// Whether the lower and the upper switch fail to turn on at present.
     lost: [bool; 2],
-    /// The request being carried out: the time in ns at which its switch turns on, and its gate.
+    /// The time in ns at which the present request turns its switch on, and the requested gate.
     under_way: (f64, Gate),
-    /// The next request: its times of turn-off and turn-on in ns, and its gate.
+    /// The turn-off time and the turn-on time in ns of the next request, and the requested gate.
     pending: Option<(f64, f64, Gate)>,
 }
 
@@ -59,7 +59,7 @@ impl Faulty {
         }
     }
 
-    /// Returns the pending request as the leg carries it out: both switches stay off if the requested one fails to turn on.
+    /// Returns the pending request as the leg executes it. Both switches stay off if the requested switch fails to turn on.
     fn carried(&self) -> Option<(f64, f64, Gate)> {
         let (off, on, gate) = self.pending?;
         Some(if self.loses(gate) { (off, off, Gate::Off) } else { (off, on, gate) })
@@ -67,8 +67,8 @@ impl Faulty {
 }
 
 impl LegSequencer {
-    /// Replaces the executed request by the next one. If PWM requests alternate from there on, lets the gates advance
-    /// through them by themselves.
+    /// Replaces the executed request by the next request. If alternating PWM requests follow, the gates advance through
+    /// them without this sequencer.
     fn expect_next<V: Wide>(&mut self, gates: &mut LegGates<V>, lane: usize) {
         let next = self.next();
         if let Some(faulty) = &mut self.faulty {
@@ -116,7 +116,7 @@ impl LegSequencer {
         Nanos(off as u64 - self.timing.turn_off_delay.0)
     }
 
-    /// Returns the next request whose gate differs from the last one's, without taking it: its time and its gate.
+    /// Returns the next request whose gate differs from the last request's: its time and its gate. The request stays pending.
     #[inline]
     fn peek(&mut self) -> Option<(Nanos, Gate)> {
         while self.ahead.is_none() {
@@ -126,8 +126,8 @@ impl LegSequencer {
         self.ahead
     }
 
-    /// Takes the next request whose gate differs from the last one's: its times of turn-off and turn-on in ns, and its gate. Both switches
-    /// off if the request is too short to turn its switch on.
+    /// Removes the next request whose gate differs from the last request's. Returns its turn-off time and turn-on time in ns, and its gate.
+    /// The gate is off if the request is too short to turn its switch on.
     #[inline]
     fn next(&mut self) -> Option<(f64, f64, Gate)> {
         let (at, gate) = self.peek()?;
@@ -169,7 +169,7 @@ pub struct GateSequencer {
 }
 
 impl GateSequencer {
-    /// Makes a sequencer without requests; `notes_changes`: whether [`GateSequencer::changed`] is used.
+    /// Makes a sequencer without requests. `notes_changes` must be true if [`GateSequencer::changed`] is used.
     pub fn new(timings: [GateTiming; 3], notes_changes: bool) -> Self {
         let leg = |timing| LegSequencer {
             timing,
@@ -185,7 +185,7 @@ impl GateSequencer {
         Self { sequencers: timings.map(leg), start: Nanos::ZERO, notes_changes }
     }
 
-    /// Prepares the requests of the next command, whose first request is at `start`; `carrier`: period of the PWM.
+    /// Prepares the requests of the next command, whose first request is at `start`. `carrier` is the period of the PWM.
     pub fn begin<V: Wide>(
         &mut self,
         legs: &mut Legs<V>,
@@ -231,7 +231,7 @@ impl GateSequencer {
         }
     }
 
-    /// Replaces a leg's executed request by the next one.
+    /// Replaces a leg's executed request by the next request.
     pub fn carry_out<V: Wide>(&mut self, legs: &mut Legs<V>, lane: usize, k: usize) {
         let (gates, leg) = (&mut legs.gates[k], &mut self.sequencers[k]);
         leg.catch_up(gates, lane);

@@ -22,8 +22,8 @@ const ANGLE_SLACK: f64 = 1e-12;
 /// rotors start at torques of about 1 µN·m.
 const SPEED_SLACK: f64 = 1e-6;
 
-/// Tolerance of the torque that starts a rotor, as a share of its stiction. The larger of this and the tolerance by
-/// [`TORQUE_SHARE`] applies.
+/// Tolerance of the torque that starts a rotor, as a share of its stiction. The larger one of this tolerance and
+/// the tolerance by [`TORQUE_SHARE`] applies.
 const STICTION_SHARE: f64 = 1e-4;
 /// Tolerance of the torque that starts a rotor, as a share of the torque at rated current.
 const TORQUE_SHARE: f64 = 1e-9;
@@ -61,7 +61,7 @@ pub fn can_move(rotor: RotorState) -> bool {
 }
 
 impl<'a> Control<'a> {
-    /// Sets the rotor's initial motion. `pulled`: true if the play cells of the iron make a torque at the initial
+    /// Sets the rotor's initial motion. `pulled` is true if the play cells of the iron make a torque at the initial
     /// position, in addition to cogging.
     pub(super) fn set_up_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>, pulled: bool) {
         let case = &self.case;
@@ -103,7 +103,7 @@ impl<'a> Control<'a> {
         SPEED_SLACK.min((STICTION_SHARE * motor.rotor.friction.stiction).max(TORQUE_SHARE * torque))
     }
 
-    /// Returns the angles in rad from the initial position at which the stops are, backwards (negative) and forwards.
+    /// Returns the angles in rad from the initial position of the backward stop (negative) and of the forward stop.
     fn stops(&self) -> [f64; 2] {
         match self.case.rotor {
             RotorState::Braked(play) => [-play.below, play.above],

@@ -81,7 +81,7 @@ impl<'a> Control<'a> {
         bank.schedule.live |= 1 << lane;
     }
 
-    /// Returns the longest step in ns: the least of the winding's shorter time constant, an eighth of the ripple's period (if a
+    /// Returns the longest step in ns: the minimum of the winding's shorter time constant, an eighth of the ripple's period (if a
     /// capacitor or a filter follows the ripple), and 1/64 of a sag's duration. In a step longer than the time constant, values
     /// and slopes at both ends do not determine the values between them, and the error estimate may be zero by accident.
     fn longest_step(&self) -> f64 {

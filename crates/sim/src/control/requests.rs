@@ -80,12 +80,12 @@ impl LegPlan {
         gate: Gate::Off,
     };
 
-    /// Makes the plan of a leg with these tasks in the two stages of a command; `ends`: ends of the two stages.
+    /// Makes the plan of a leg with these tasks in the two stages of a command. `ends` contains the ends of the stages.
     pub fn new(tasks: [Task; 2], start: Nanos, ends: [Nanos; 2], carrier: Nanos) -> Self {
         Self { tasks, start, ends, carrier, stage: 0, opens: true, at: start, gate: tasks[0].first() }
     }
 
-    /// Makes the plan of a leg that keeps its gate throughout a command: without requests.
+    /// Makes the plan, without requests, of a leg that keeps its gate throughout a command.
     pub fn held(gate: Gate, start: Nanos, ends: [Nanos; 2], carrier: Nanos) -> Self {
         Self { tasks: [Task::Keep(gate); 2], start, ends, carrier, ..Self::NONE }
     }
@@ -95,7 +95,7 @@ impl LegPlan {
         self.at == NEVER
     }
 
-    /// Takes the next request and advances to the one after it; none after the last.
+    /// Returns the next request and advances to the following request. None after the last request.
     #[inline]
     pub fn take(&mut self) -> Option<(Nanos, Gate)> {
         let request = (self.at, self.gate);
@@ -106,7 +106,7 @@ impl LegPlan {
         Some(request)
     }
 
-    /// Advances to the request after this one.
+    /// Advances to the following request.
     fn advance(&mut self) {
         if let Some(Task::Modulate { idle, on }) = self.tasks.get(self.stage)
             && *idle > Nanos::ZERO
@@ -140,7 +140,7 @@ impl LegPlan {
 
     /// Returns the intervals of alternating PWM requests: the durations in ns of requests for the upper and for the
     /// lower switch, and the latest time in ns of a request that at least two more follow. None if the requests do not
-    /// alternate. `at`: time of the request that is two places before the plan's next one.
+    /// alternate. `at` is the time of the request two places before the plan's next request.
     pub fn alternates(&self, at: Nanos) -> Option<([f64; 2], f64)> {
         let Some(Task::Modulate { idle, on }) = self.tasks.get(self.stage) else { return None };
         let begin = if self.stage == 0 { self.start } else { self.ends[0] };
@@ -180,7 +180,7 @@ impl LegPlan {
     }
 
     /// Returns the time of the last change of the request between the begin of the command and `at`, a later time; none
-    /// if there was no change. `before`: the request before the command.
+    /// if there was no change. `before` is the request before the command.
     pub fn changed(&self, before: Gate, at: Nanos) -> Option<Nanos> {
         let (last, end) = (at - Nanos(1), self.ends[0]);
         let first = self.changed_in(0, before, last.min(end - Nanos(1)));
@@ -190,7 +190,7 @@ impl LegPlan {
         second.or(first)
     }
 
-    /// Returns the time of the last change of the request in a stage up to `last`. `before`: the request before the stage.
+    /// Returns the time of the last change of the request in a stage up to `last`. `before` is the request before the stage.
     fn changed_in(&self, stage: usize, before: Gate, last: Nanos) -> Option<Nanos> {
         let begin = if stage == 0 { self.start } else { self.ends[0] };
         let passed = last - begin;
@@ -224,7 +224,7 @@ pub fn on_time(duty: f64, carrier: Nanos) -> Nanos {
 /// Largest number of samples of a command: more than any method needs, and few enough for the memory.
 const MOST_SAMPLES: u32 = 1 << 20;
 
-/// Checks whether a command can be carried out; `carrier`: period of the PWM, zero on a drive without PWM.
+/// Checks whether a command can be carried out. `carrier` is the period of the PWM; it is zero on a drive without PWM.
 ///
 /// # Errors
 /// [`RunError::BadCommand`] or [`RunError::BadDuty`] if it cannot.

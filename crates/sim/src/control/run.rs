@@ -23,7 +23,7 @@ use crate::physics::motion::Motion;
 use crate::sensing::{LowPass, Sampler};
 use crate::trace::{Event, Probe};
 
-/// The next need of a run, which its caller must meet.
+/// The item that a run needs from its caller in order to continue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Want {
     /// A step of the run's machine.
@@ -65,7 +65,7 @@ pub struct Control<'a> {
     pub(super) deaf: bool,
     /// The readings of the last command, as far as its samples have been converted.
     pub(super) readings: Vec<Reading<f64>>,
-    /// Number of events since the last instant or since `counted_from`, whichever is later.
+    /// Number of events since the later of two times: the last instant and `counted_from`.
     events: u32,
     /// Time in ns of the first of the counted events.
     counted_from: f64,
@@ -78,9 +78,9 @@ pub struct Control<'a> {
     pub(super) found: f64,
     /// Whether time has passed since the link's voltage was last updated.
     pub(super) stale: bool,
-    /// True until the run begins: the observer, which receives the run's states, has not yet received the initial one.
+    /// True until the run begins and the observer receives the initial state.
     first: bool,
-    /// Error with which the first command ends if the case has no initial state (its iron's remanence cannot be balanced); else none.
+    /// Error that ends the first command if no initial state with the remanence of the iron could be computed; else none.
     pub(super) nowhere: Option<RunError>,
 }
 

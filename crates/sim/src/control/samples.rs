@@ -24,7 +24,7 @@ impl<'a> Control<'a> {
         Room { readings: self.readings, taken: self.sampler.into_room() }
     }
 
-    /// Makes the next trigger pending: the first one, or the one after the pending trigger.
+    /// Makes the next trigger pending: the first trigger, or the trigger that follows the pending trigger.
     pub(super) fn next_trigger(&mut self) {
         let Course { start, end, sampling, number, pending, .. } = self.course;
         let last = pending.map_or(start, |(_, at)| at);
@@ -141,8 +141,8 @@ impl<'a> Control<'a> {
     }
 
     /// Takes values at a time in ns into the pending sample: currents in A, the link's voltage in V and the terminals' voltages in V.
-    /// `requested`: requests to the legs; `settled`: whether each leg's amplifier has settled. Returns whether all phases of
-    /// the conversion have been taken.
+    /// `requested` contains the requests to the legs.
+    /// `settled` is true for each leg whose amplifier has settled. Returns whether all phases of the conversion have been taken.
     fn take<V: Wide>(
         &mut self,
         nominal: Nanos,

@@ -48,7 +48,7 @@ impl<'a> Control<'a> {
     }
 
     /// Returns the current in A that a leg's device carries in addition to the phase current: the current that charges the terminal's
-    /// capacitance as the link's voltage changes, and the divider's. `direction`: sign of the phase current.
+    /// capacitance as the link's voltage changes, and the divider's. `direction` is the sign of the phase current.
     fn beside<V: Wide>(&self, bank: &Bank<'a, V>, direction: f64, leg: usize) -> f64 {
         let following = self.following(bank, direction, leg);
         if bank.machine.legs.leak.is_none() {
@@ -83,8 +83,8 @@ impl<'a> Control<'a> {
         bridge.terminal_capacitance * rise
     }
 
-    /// Returns the time derivative in A/s of the current that [`Self::following`] returns; `slopes`: time derivatives of the legs'
-    /// currents in A/s.
+    /// Returns the time derivative in A/s of the current that [`Self::following`] returns. `slopes` contains the time
+    /// derivatives of the legs' currents in A/s.
     fn following_slope<V: Wide>(
         &self,
         bank: &Bank<'a, V>,
@@ -212,8 +212,8 @@ impl<'a> Control<'a> {
         Ok(())
     }
 
-    /// Charges terminals through their devices at this instant: terminals of conducting legs to the potentials of their devices, others
-    /// that are beyond a bound to this bound. `current`: currents of the legs in A.
+    /// Charges terminals through their devices at this instant. A conducting leg's terminal takes the potential of its device. Another
+    /// terminal moves to a bound if it is beyond this bound. `current` contains the currents of the legs in A.
     fn join<V: Wide>(&mut self, bank: &mut Bank<'a, V>, modes: Modes, gates: [Gate; 3], current: [f64; 3]) {
         let lane = self.lane;
         let (bridge, storage) = (&self.case.inverter.bridge, self.case.inverter.link.storage);

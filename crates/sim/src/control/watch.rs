@@ -10,8 +10,8 @@ use crate::step::two_derivative::Here;
 use crate::trace::{Event, Snapshot};
 
 impl<'a> Control<'a> {
-    /// Advances filters, energy balance and observer over the step that was just accepted; `thirds`: the states of the machines at one
-    /// and two thirds of the step.
+    /// Advances filters, energy balance and observer over the last accepted step. `thirds` contains the states of the machines at
+    /// one third and two thirds of the step.
     pub fn follow<V: Wide>(&mut self, bank: &Bank<'a, V>, thirds: &[Here<V>; 2]) {
         if let Some(filter) = &mut self.link_filter {
             let points = [&bank.outcome.begin, &thirds[0], &thirds[1], &bank.outcome.tried.end]
@@ -34,7 +34,7 @@ impl<'a> Control<'a> {
         self.probe.as_ref().and_then(|probe| probe.resolution())
     }
 
-    /// Passes snapshots within the step just accepted, and the gate edges within it, to the observer.
+    /// Passes snapshots and gate edges within the last accepted step to the observer.
     fn watch<V: Wide>(&mut self, bank: &Bank<'a, V>) {
         let Some(resolution) = self.resolution() else { return };
         let (begin, end) =

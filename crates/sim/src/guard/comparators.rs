@@ -15,13 +15,13 @@ pub struct Levels<V> {
     pub link: V,
     /// Levels of each phase's current into the motor and out of it.
     pub phase: [[V; 3]; 2],
-    /// 1 if the comparators of the phases watch low-side shunts, which see a leg only while its lower device conducts;
-    /// else 0.
+    /// 1 if the comparators of the phases measure at low-side shunts, else 0. A low-side shunt carries a leg's current only
+    /// while the lower device conducts.
     pub below: V,
 }
 
-/// Returns the current in A that the legs draw from the positive rail, or its slope: the sum of these legs' currents or slopes.
-/// `rail`: 1 for a leg at the positive rail, else 0.
+/// Returns the sum of `of` over the legs at the positive rail: the rail's current in A, or the slope of this current.
+/// `rail` is 1 for a leg at the positive rail, else 0.
 #[inline(always)]
 fn drawn<V: Wide>(rail: [V; 3], of: [V; 3]) -> V {
     rail[0] * of[0] + rail[1] * of[1] + rail[2] * of[2]
@@ -67,7 +67,7 @@ impl<V: Wide> Levels<V> {
         Input::Out(2),
     ];
 
-    /// Sets the level of each comparator of a lane; `below`: whether the comparators of the phases watch low-side
+    /// Sets the level of each comparator of a lane. `below` is true if the comparators of the phases measure at low-side
     /// shunts.
     pub fn put(&mut self, lane: usize, below: bool, level: impl Fn(Input) -> f64) {
         self.below.put(lane, f64::from(u8::from(below)));

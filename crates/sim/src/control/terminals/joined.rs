@@ -19,7 +19,7 @@ pub struct Settled {
     pub potential: [f64; 3],
     /// Voltage in V of the link.
     pub link: f64,
-    /// Whether each leg's charge came from the upper rail.
+    /// True for each leg that was charged from the upper rail.
     pub upper: [bool; 3],
 }
 
