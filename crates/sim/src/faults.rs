@@ -31,7 +31,7 @@ pub enum Broken {
     /// The sensor in this channel reads wrongly. Channels 0 to 2 are the phases (0 also the shunt in the DC link), 3 is
     /// the link's voltage.
     Sensor(usize, Misreading),
-    /// Two current sensors are exchanged: each reads the other's phase.
+    /// Two current sensors are exchanged, so that each measures the phase of the other sensor.
     Exchanged(usize, usize),
     /// The reference voltage that all converters share drifts: readings grow by this share per second.
     Drift(f64),
@@ -71,19 +71,19 @@ impl Short {
         self.leakage(motor) / (self.share * motor.resistance + self.resistance)
     }
 
-    /// Returns the resistance of the fault in Ω that gives the shorted turns of a motor the time constant `constant` in s; negative if
-    /// their time constant is shorter than that even without a resistance.
+    /// Returns the resistance of the fault in Ω that gives the shorted turns of a motor the time constant `constant` in s. Negative if the
+    /// time constant without this resistance is already shorter.
     pub fn resistance_of(&self, motor: &Motor, constant: f64) -> f64 {
         self.leakage(motor) / constant - self.share * motor.resistance
     }
 }
 
-/// Fault of a sensor: the way in which it reads wrongly.
+/// Kind of a sensor's wrong reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Misreading {
     /// The amplifier's output is zero, apart from its offset.
     Dead,
-    /// The sensor repeats the last value that it read, or its first one if it has read none.
+    /// The sensor repeats its last value from before the fault. Without such a value, it repeats its first value.
     Frozen,
     /// The sensor reads this value in A or V, rounded by its converter.
     Stuck(f64),
@@ -101,7 +101,7 @@ pub enum Misreading {
 pub struct Fault {
     /// The broken part.
     pub broken: Broken,
-    /// Number (from 1) of the command from whose begin both times count; none: both count from the start of the run.
+    /// Number (from 1) of the command whose begin is the zero of both times. None if the start of the run is their zero.
     pub command: Option<u32>,
     /// Time at which the part breaks.
     pub from: Nanos,

@@ -88,8 +88,8 @@ pub struct Bounds<V: Wide> {
 pub type Margins<V> = PerGuard<V>;
 
 impl<V: Wide> Bounds<V> {
-    /// Makes bounds that cannot be crossed; `kinks`: whether the cores have kinks at zero flux, `comparators`: whether the
-    /// drives have comparators.
+    /// Makes bounds that cannot be crossed. `kinks` is true if the cores have kinks at zero flux. `comparators` is true if the drives have
+    /// comparators.
     pub fn new(kinks: bool, comparators: bool) -> Self {
         let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
         Self {
@@ -138,8 +138,8 @@ impl First {
         }
     }
 
-    /// Replaces the first guard by this one if its margin over the step is crossed earlier; `slack`: distance below
-    /// zero at which the margin counts as crossed.
+    /// Replaces the first guard by this one if its margin over the step is crossed earlier. `slack` is the distance below zero at which the
+    /// margin counts as crossed.
     pub fn ends(&mut self, guard: Guard, margin: Cubic<f64>, slack: f64) {
         let to = if margin.value[1] < -slack {
             1.0

@@ -62,12 +62,12 @@ pub struct Looked<V: Wide> {
     across: Plane<V>,
     /// Reciprocal of the change of the blocked leg's own current per V·s of that impulse.
     per_impulse: V,
-    /// Whether in any machine no leg carries current.
+    /// True if at least one machine has no leg that carries current.
     pub any_idle: bool,
 }
 
 impl<V: Wide> Looked<V> {
-    /// Records the point `there` at which the core was just evaluated; `branch`: the parallel branch of the play cells there.
+    /// Records the point `there` of the last evaluation of the core. `branch` is the parallel branch of the play cells at this point.
     #[inline(always)]
     pub fn at(
         there: &Here<V>,
@@ -123,8 +123,8 @@ impl<V: Wide> Looked<V> {
         flux - legs.terminals.blocked * (self.across.dot(flux) * self.per_impulse)
     }
 
-    /// Returns the flux in Wb and the current in A that make the torque: those of the core, so that the currents of the parallel
-    /// branches are subtracted. `lagging`: flux χ of shorted turns in Wb.
+    /// Returns the flux in Wb and the current in A that make the torque: those of the core, so that the currents of the parallel branches
+    /// are subtracted. `lagging` is the flux χ of shorted turns in Wb.
     #[inline(always)]
     pub fn core(&self, flux: Plane<V>, mut current: Plane<V>, lagging: V) -> [Plane<V>; 2] {
         if let Some(short) = &self.short {

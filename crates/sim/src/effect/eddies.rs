@@ -131,8 +131,8 @@ impl<V: Wide> RotorFlux<V> {
     }
 }
 
-/// Returns the lagging flux χ in Wb at the end of a step of `x` time constants; `lagging`: χ at its beginning, `begin` and `end`: the flux
-/// that χ follows. The two-derivative rule is linear in χ and is solved for its end value.
+/// Returns the lagging flux χ in Wb at the end of a step of `x` time constants. `lagging` is χ at the beginning of the step. `begin` and
+/// `end` describe the flux that χ follows. The two-derivative rule is linear in χ and is solved for its end value.
 #[inline(always)]
 pub(crate) fn lag_behind<V: Wide, F>(x: V, lagging: F, begin: &Driving<F>, end: &Driving<F>) -> F
 where

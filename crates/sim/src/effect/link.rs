@@ -173,7 +173,8 @@ impl<V: Wide> Effect<V> for Links<V> {
 }
 
 impl<V: Wide> Links<V> {
-    /// Updates the source's voltage in a lane to the time of `here`; without a capacitor, also the link's voltage, which is equal.
+    /// Updates the source's voltage in a lane to the time of `here`. Without a capacitor, also updates the link's voltage, which equals the
+    /// source's voltage.
     pub fn look(&self, lane: usize, here: &mut Here<V>) {
         let source = self.source_of(lane, here.time.get(lane) * 1e-9);
         here.source.voltage.put(lane, source.voltage);
@@ -214,8 +215,8 @@ impl<V: Wide> Storages<V> {
         (rise, (source.rise - rise) * self.rate - self.taken(rail, current_rise))
     }
 
-    /// Returns the time derivative of the capacitor's voltage in V/s. `rail`: voltage vector of the legs per V of the link; `link` and
-    /// `source`: voltages in V; `current`: current vector in A.
+    /// Returns the time derivative of the capacitor's voltage in V/s. `rail` is the voltage vector of the legs per V of the link. `link`
+    /// and `source` are voltages in V. `current` is the current vector in A.
     #[inline(always)]
     pub fn rise(&self, rail: &Plane<V>, link: V, source: V, current: Plane<V>) -> V {
         (source - link) * self.rate - self.taken(rail, current)

@@ -48,7 +48,7 @@ const ROUNDED: f64 = 1e-12;
 pub struct Cells<V: Wide> {
     /// Stiffness K in 1/H.
     stiffness: [V; MOST_CELLS],
-    /// Reach r in Wb; 1 where there is no cell.
+    /// Reach r in Wb; 1 if the cell does not exist.
     reach: [V; MOST_CELLS],
     /// Largest inductance of the core in H, over all directions.
     inductance: V,
@@ -90,7 +90,7 @@ fn direction<V: Wide>(away: &Plane<V>) -> Plane<V> {
     *away * (V::of(1.0) / (away.dot(*away).sqrt() + 1e-300))
 }
 
-/// Returns the direction n of a sliding cell after one part of a step; `b` and `c`: see the matrix G at the head of this file.
+/// Returns the direction n of a sliding cell after one part of a step. The matrix G at the head of this file defines `b` and `c`.
 #[inline(always)]
 fn turn<V: Wide>(n: Plane<V>, b: Plane<V>, c: V) -> Plane<V> {
     let z = (b.dot(b) - c * c) * 0.25;
@@ -119,9 +119,9 @@ impl<V: Wide> Cells<V> {
         Self { reach: [V::of(1.0); MOST_CELLS], ..Self::default() }
     }
 
-    /// Puts the cells of a machine into a lane. `flux`: present flux in Wb in the run's plane; `inductance`: largest inductance of the
-    /// core in H; `tolerance`: flux tolerance of a step in Wb; `last`: unit vector of the iron's last magnetisation, none for iron that
-    /// has never been magnetised.
+    /// Puts the cells of a machine into a lane. `flux` is the present flux in Wb in the run's plane. `inductance` is the largest inductance
+    /// of the core in H. `tolerance` is the flux tolerance of a step in Wb. `last` is the unit vector of the iron's last magnetisation,
+    /// none for iron that has never been magnetised.
     pub fn put(
         &mut self,
         lane: usize,
@@ -144,8 +144,8 @@ impl<V: Wide> Cells<V> {
         }
     }
 
-    /// Returns the elastic flux e of each play cell in Wb after the flux has moved from the last accepted state to `flux` in Wb.
-    /// `along`: initial tangent of the flux path; none for a straight path.
+    /// Returns the elastic flux e of each play cell in Wb after the flux has moved from the last accepted state to `flux` in Wb. `along` is
+    /// the initial tangent of the flux path, none for a straight path.
     #[inline(always)]
     pub fn away_at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> BranchState<V> {
         let change = flux - self.from;
@@ -207,9 +207,9 @@ impl<V: Wide> Cells<V> {
         Moved { away, tangent: self.tangent, slides, cubic, margin: three, slack: three, off: zero }
     }
 
-    /// Returns the cells after a step to these elastic fluxes in Wb. `tangent`: stiffness in 1/H that they add to Γ at
-    /// the end; `change`: change of the flux in Wb over the step; `rise`: slope of the flux at both ends in Wb per
-    /// step; `off`: distance in Wb between the end and the point at which the core was evaluated.
+    /// Returns the cells after a step to these elastic fluxes in Wb. `tangent` is the stiffness in 1/H that the cells add to Γ at the end.
+    /// `change` is the change of the flux in Wb over the step. `rise` contains the slopes of the flux at both ends in Wb per step. `off` is
+    /// the distance in Wb between the end and the point at which the core was evaluated.
     #[inline(always)]
     fn moved(
         &self,

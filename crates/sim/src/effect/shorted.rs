@@ -67,8 +67,8 @@ pub struct ShortPoint<V> {
 }
 
 impl<V: Wide> ShortPoint<V> {
-    /// Returns the core's current in A: that of the terminals less that of the branch. `flux`: flux of the winding in Wb; `current`:
-    /// current of the terminals in A; `lagging`: flux χ in Wb.
+    /// Returns the core's current in A, which is the terminals' current minus the branch's current. `flux` is the flux of the winding in
+    /// Wb. `current` is the current of the terminals in A. `lagging` is the flux χ in Wb.
     #[inline(always)]
     pub fn core(&self, flux: Plane<V>, current: Plane<V>, lagging: V) -> Plane<V> {
         current - self.axis * ((self.axis.dot(flux) - lagging) * self.stiffness)

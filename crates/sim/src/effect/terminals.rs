@@ -110,7 +110,7 @@ pub struct TerminalStep<V> {
     pub ringing: Ringing<V>,
 }
 
-/// Returns the terminals' potentials in V after the winding's currents have carried this charge in A·s. `fallen`: share by which
+/// Returns the terminals' potentials in V after the winding's currents have carried this charge in A·s. `fallen` is the share by which
 /// dividers have lowered the common potential of three floating terminals, on which the winding has no effect.
 #[inline(always)]
 fn later<V: Wide>(
@@ -195,16 +195,15 @@ impl<V: Wide> TerminalStep<V> {
         Ringing::between(self.ringing.modes, begin.h, self.floating, leak, [&self.begin, &last])
     }
 
-    /// Returns the terminals' contribution to the step's error, relative to the tolerance; `off`: distance in Wb
-    /// between the end and the point at which the core was evaluated.
+    /// Returns the terminals' contribution to the step's error, relative to the tolerance. `off` is the distance in Wb between the end and
+    /// the point at which the core was evaluated.
     #[inline(always)]
     pub fn error(&self, off: Plane<V>, accuracy: &Accuracy<V>) -> V {
         ringing_error(accuracy, &self.ringing, off)
     }
 }
 
-/// Writes flux and potentials at a point within a step into `there`; `area`: integral of the link's voltage up to that
-/// point, in V·s.
+/// Writes flux and potentials at a point within a step into `there`. `area` is the integral of the link's voltage up to that point, in V·s.
 #[inline(always)]
 pub fn within<V: Wide>(span: &Span<'_, '_, V>, ringing: &Ringing<V>, area: V, there: &mut Here<V>) {
     let Span { machine, from, step: Tried { h, legs, .. }, share, .. } = *span;

@@ -96,8 +96,8 @@ impl<V: Wide> WindingStep<V> {
         there.at.current = there.at.current + missing.through(looked.gamma);
     }
 
-    /// Returns the winding's contribution to the step's error, relative to the tolerance; `off`: distance in Wb between
-    /// the end and the point at which the core was evaluated.
+    /// Returns the winding's contribution to the step's error, relative to the tolerance. `off` is the distance in Wb between the end and
+    /// the point at which the core was evaluated.
     #[inline(always)]
     pub fn error(end: &End<'_, '_, V>, there: &Here<V>, off: Plane<V>, accuracy: &Accuracy<V>) -> V {
         let End { begin, change, .. } = *end;
@@ -106,7 +106,7 @@ impl<V: Wide> WindingStep<V> {
     }
 }
 
-/// Returns the flux in Wb at a point within a step; `area`: integral of the link's voltage up to that point, in V·s.
+/// Returns the flux in Wb at a point within a step. `area` is the integral of the link's voltage up to that point, in V·s.
 #[inline(always)]
 pub fn flux_within<V: Wide>(span: &Span<'_, '_, V>, area: V) -> Plane<V> {
     let Span { from, step, share, .. } = *span;

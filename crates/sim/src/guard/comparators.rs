@@ -28,9 +28,9 @@ fn drawn<V: Wide>(rail: [V; 3], of: [V; 3]) -> V {
 }
 
 impl<V: Wide> Levels<V> {
-    /// Returns the margins in A of all comparators over a step, as cubics: link, phases into the motor, phases out of it.
-    /// `phases`: the legs' currents in A at both ends, `rise`: their slopes per step, `rail`: 1 for a leg at the positive rail,
-    /// else 0; `lower`: 1 for a leg whose lower device conducts, else 0.
+    /// Returns the margins in A of all comparators over a step, as cubics: link, phases into the motor, phases out of it. `phases` contains
+    /// the legs' currents in A at both ends. `rise` contains the slopes of these currents per step. `rail` is 1 for a leg at the positive
+    /// rail, else 0. `lower` is 1 for a leg whose lower device conducts, else 0.
     #[inline(always)]
     pub fn margins(
         &self,

@@ -81,9 +81,9 @@ fn room_of_idle<const RARE: bool, V: Wide>(
 }
 
 impl<V: Wide> Tried<V> {
-    /// Returns three margins of the legs, with slack added: the smallest of `least` and of all margins within the step and at its
-    /// end; the smallest at its end with the larger slack for a step that was cut at the end of a mode; and the blocked leg's
-    /// at its beginning.
+    /// Returns three margins of the legs with the slack added. The first is the smallest of `least` and of all margins within the step and
+    /// at its end. The second is the smallest margin at the end, with the larger slack for a step that was cut at the end of a mode. The
+    /// third is the margin of the blocked leg at the beginning.
     #[inline(always)]
     pub fn room_of_legs<const RARE: bool>(&self, mut least: V, bounds: &Bounds<V>) -> [V; 3] {
         let (mut slack, mut ended) = (bounds.slack.leg, [bounds.ended; 3]);

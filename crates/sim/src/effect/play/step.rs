@@ -121,7 +121,8 @@ impl<V: Wide> Cells<V> {
         }
     }
 
-    /// Returns current and stiffness of the branch at a flux in Wb; `along`: initial tangent of the flux path, none for a straight path.
+    /// Returns current and stiffness of the branch at a flux in Wb. `along` is the initial tangent of the flux path, none for a straight
+    /// path.
     #[inline(always)]
     pub fn at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> BranchPoint<V> {
         self.point(self.away_at(flux, along))
@@ -178,7 +179,7 @@ impl<V: Wide> Cells<V> {
         })
     }
 
-    /// Returns the result of [`Self::moved`] for a step between two ends; `elastic`: elastic fluxes in Wb at the end.
+    /// Returns the result of [`Self::moved`] for a step between two ends. `elastic` contains the elastic fluxes in Wb at the end.
     #[inline(always)]
     fn moved_by(
         &self,

@@ -70,8 +70,8 @@ pub struct End<V> {
 }
 
 impl<V: Wide> End<V> {
-    /// Computes force and current from the slopes of the machines. `[link, link_rise]`: the link's voltage in V and its
-    /// slope in V/s; `pull`: voltage in V that shorted turns add, and its slope in V/s; `flux`: ψ − ψ₀ in Wb.
+    /// Computes force and current from the slopes of the machines. `link` is the link's voltage in V and `link_rise` its slope in V/s.
+    /// `pull` contains the voltage in V that shorted turns add, and its slope in V/s. `flux` is ψ − ψ₀ in Wb.
     #[inline(always)]
     pub(super) fn of(
         terminals: &Terminals<V>,
@@ -117,7 +117,7 @@ pub struct Ringing<V> {
     across: V,
     /// Rotation of the modes over the whole step; zero if only the step's beginning is known.
     turn: [Turn<V>; 2],
-    /// The terminals' discharge by dividers; none without them.
+    /// Discharge of the terminals by dividers; none if no dividers exist.
     leak: Option<Leak<V>>,
 }
 
@@ -131,15 +131,15 @@ struct Turn<V> {
 }
 
 impl<V: Wide> Ringing<V> {
-    /// Extrapolates the solution over a step of `h` seconds from the force and the remainder at its beginning. `w`:
-    /// voltage in V of the floating terminals at the beginning; `leak`: rate in 1/s at which dividers discharge them.
+    /// Extrapolates the solution over a step of `h` seconds from the force and the remainder at the beginning. `w` is the voltage in V of
+    /// the floating terminals at the beginning. `leak` is the rate in 1/s at which dividers discharge these terminals.
     #[inline(always)]
     pub fn ahead(modes: Modes<V>, h: V, w: Plane<V>, leak: Option<V>, begin: &End<V>) -> Self {
         Self::new::<false>(modes, h, w, leak, [begin, begin])
     }
 
-    /// Returns the solution for a step of `h` seconds from one end to the other; `w`: voltage in V of the floating
-    /// terminals at the beginning; `leak`: rate in 1/s at which dividers discharge them.
+    /// Returns the solution for a step of `h` seconds between two known ends. `w` is the voltage in V of the floating terminals at the
+    /// beginning. `leak` is the rate in 1/s at which dividers discharge these terminals.
     #[inline(always)]
     pub fn between(modes: Modes<V>, h: V, w: Plane<V>, leak: Option<V>, ends: [&End<V>; 2]) -> Self {
         Self::new::<true>(modes, h, w, leak, ends)
@@ -223,7 +223,7 @@ impl<V: Wide> Ringing<V> {
         self.turned_by(share, &pair!(m => self.turn_after(m, share)))
     }
 
-    /// Returns the result of [`Self::after`]; `turn`: rotations of the modes over this share.
+    /// Returns the result of [`Self::after`]. `turn` contains the rotations of the modes over this share.
     #[inline(always)]
     fn turned_by(&self, share: V, turn: &[Turn<V>; 2]) -> [Plane<V>; 2] {
         let (first, mean) = self.mode(0, share, V::of(0.0), &turn[0]);

@@ -33,7 +33,7 @@ pub fn scaled<V: Wide>(of: &Powers<V>, share: V, first: V) -> Powers<V> {
     [a * first, b * share * first, c * two * first, d * three * first]
 }
 
-/// Returns the sum of a cubic's coefficients, each times its weight.
+/// Returns the weighted sum of a cubic's coefficients.
 #[inline(always)]
 pub fn sum<V: Wide>(of: &Powers<V>, with: &[V; 4]) -> V {
     of[0] * with[0] + of[1] * with[1] + of[2] * with[2] + of[3] * with[3]
@@ -51,8 +51,8 @@ pub fn at_end<V: Wide>(of: &Powers<V>) -> V {
     of[0] + of[1] + of[2] + of[3]
 }
 
-/// Returns the coefficients of the parabola about which the modal current I oscillates: it solves `I″ + 2 y I′ + θ² I = f′ + J″
-/// + 2 y J′`, whose right side is a parabola if f and J are cubics. `turned`: θ²; `damping`: y.
+/// Returns the coefficients of the parabola about which the modal current I oscillates: it solves `I″ + 2 y I′ + θ² I = f′ + J″ + 2 y J′`,
+/// whose right side is a parabola if f and J are cubics. `turned` is θ². `damping` is y.
 #[inline(always)]
 pub fn about<V: Lane>(turned: V, damping: V, f: &Powers<V>, j: &Powers<V>) -> [V; 3] {
     let twice = damping + damping;
@@ -80,8 +80,8 @@ pub struct Near<V> {
 }
 
 impl<V: Wide> Near<V> {
-    /// Returns ξ at the end of the step and the mean of I over it; `velocity`: η at its beginning; `damped`: lanes with damping. With
-    /// damping, force and remainder times `e^(y s)` are approximated by cubics.
+    /// Returns ξ at the end of the step and the mean of I over the step. `velocity` is η at the beginning. `damped` contains the lanes with
+    /// damping. With damping, force and remainder times `e^(y s)` are approximated by cubics.
     #[inline(always)]
     pub fn after(&self, velocity: V, f: &Powers<V>, j: &Powers<V>, damped: V::Mask) -> [V; 2] {
         let (turned, y) = (self.turned, self.damping);
@@ -139,8 +139,8 @@ pub struct Far<V> {
 }
 
 impl<V: Wide> Far<V> {
-    /// Returns ξ at the end of the step and the mean of I over it; `velocity`: η at its beginning. The solution is a parabola
-    /// plus a decaying oscillation about it.
+    /// Returns ξ at the end of the step and the mean of I over the step. `velocity` is η at the beginning. The solution is a parabola plus
+    /// a decaying oscillation about it.
     #[inline(always)]
     pub fn after(&self, velocity: V, f: &Powers<V>, j: &Powers<V>) -> [V; 2] {
         let (turned, damping, decay) = (self.turned, self.damping, self.decay);

@@ -12,7 +12,7 @@ use standstill_numeric::Wide;
 use super::Ringing;
 use crate::effect::terminals::swing::{Powers, decayed, mean_of, scaled};
 
-/// Discharge of the terminals by dividers over a step. If it is there, the coefficients in [`Ringing`] are those for η̂ and Ĵ.
+/// Discharge of the terminals by dividers over a step. If a discharge exists, the coefficients in [`Ringing`] describe η̂ and Ĵ.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leak<V> {
     /// Rate γ of the discharge times the step's length.
@@ -24,7 +24,7 @@ pub(super) struct Leak<V> {
 }
 
 impl<V: Wide> Leak<V> {
-    /// Makes the record of a discharge, before the modes are known; `rate`: γ times the step's length.
+    /// Makes the record of a discharge before the modes are known. `rate` is γ times the step's length.
     #[inline(always)]
     pub fn of(rate: V) -> Self {
         Self { rate, turned: [V::of(0.0); 2], aside: [V::of(0.0); 4] }
@@ -60,8 +60,8 @@ impl<V: Wide> Ringing<V> {
         self.damping[m] = self.damping[m] + rate * 0.5;
     }
 
-    /// Returns two means over a share of the step: that of a mode's current, and that of the current which without dividers would
-    /// have changed η equally. `flux`: ξ at the end of the share; `mean`: mean of ξ + Ĵ.
+    /// Returns two means over a share of the step: that of a mode's current, and that of the current which without dividers would have
+    /// changed η equally. `flux` is ξ at the end of the share. `mean` is the mean of ξ + Ĵ.
     #[inline(always)]
     pub(super) fn means(&self, m: usize, share: V, flux: V, mean: V) -> [V; 2] {
         let Some(leak) = &self.leak else { return [mean; 2] };
