@@ -194,8 +194,8 @@ fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
 
 /// Carries out one detection from rest.
 ///
-/// `ledger` requests the energy balance, whose integration costs time. Neither it nor the observer `probe` changes a
-/// bit of the run.
+/// `ledger` requests the energy balance, whose integration costs time. Neither `ledger` nor the
+/// observer `probe` changes the run by a single bit.
 pub fn run<T: Real, D: Detector<T> + ?Sized>(
     case: &Case,
     detector: &mut D,

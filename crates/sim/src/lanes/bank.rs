@@ -20,8 +20,8 @@ use crate::sensing::{Sensed, SensorSettings};
 use crate::step::error::Accuracy;
 use crate::step::two_derivative::{Here, Tried};
 
-/// Machines of one kind in lanes: their states, the instants to which they step, the lengths of their steps, and the
-/// result of the last step.
+/// Machines of one kind in lanes. The bank holds the machines' states, the instants to which the machines step, the
+/// lengths of the steps, and the result of the last step.
 #[derive(Clone, Debug)]
 pub struct Bank<'a, V: Wide> {
     /// The machines.

@@ -65,8 +65,8 @@ impl<V: Wide> Modes<V> {
 
     /// Returns bounds on the oscillation of the phase currents and of the terminal potentials in the next `h` seconds, and the present
     /// values of that oscillation. `current` is the winding's current in A and `rise` its slope in A/s. `elastance` is the inverse
-    /// capacitance of each terminal in 1/F. `leak` contains the rate in 1/s at which dividers discharge the terminals, and the voltage in V that
-    /// the terminals put on the winding.
+    /// capacitance of each terminal in 1/F. `leak` contains the rate in 1/s at which dividers discharge the terminals, and the voltage in V
+    /// that the terminals put on the winding.
     ///
     /// With the modal currents I, the matrix D ([`Self::damping`]) and η = I′ + D I, the amplitude of a mode is the root of I² +
     /// η²/ω². Resistance reduces the sum of both squared amplitudes, so neither amplitude exceeds the root of that sum. The
