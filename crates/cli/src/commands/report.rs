@@ -40,8 +40,8 @@ pub fn run(options: &Report) -> Result<Said, Error> {
     Ok(said)
 }
 
-/// Returns the question that the report's files answer: the folders of the runs. If the run in a folder was extended or replaced since, the
-/// question is the same, and `report` makes the page again.
+/// Returns the question that the report's files answer. The folders of the runs identify it. If a folder contains another or a longer run
+/// later, the question stays the same, and `report` replaces the page.
 fn asked(options: &Report, out: &Path) -> NotedQuestion {
     let real = |folder: &Path| folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let first = real(&options.folder);
@@ -72,7 +72,7 @@ fn drawn(run: &FinishedRun) -> Result<Vec<(String, Figure, String)>, Error> {
     Ok(figures(&study).into_iter().map(captioned).collect())
 }
 
-/// Removes figures of an earlier report that this one does not contain, because they would be taken for part of it.
+/// Removes the figures of an earlier report that the new report does not contain. A reader would take them for figures of the new report.
 fn remove_stale(folder: &Path, own: &[String]) {
     let ours =
         ["error_over_angle.", "distribution.", "sweep_", "wrong_poles_", "heat_", "methods.", "scatter."];

@@ -37,7 +37,8 @@ const TRIALS: u64 = 1000;
 /// Default of the largest number of trials at one value.
 const MOST: u64 = 300_000;
 
-/// The search for the edge, the value of a key up to which or from which the limits hold, with all values judged so far.
+/// The search for an edge, and all key values that it has judged so far. An edge is the largest or smallest value of a key at which the
+/// limits hold.
 struct EdgeSearch<'a> {
     bench: Bench<'a>,
     limits: Limits,
@@ -50,7 +51,7 @@ struct EdgeSearch<'a> {
 }
 
 impl EdgeSearch<'_> {
-    /// Finds the edge of the last key; `before`: values of the keys before it, in SI units.
+    /// Finds the edge of the last key. `before` contains the values of all other keys, in SI units.
     fn find(&mut self, before: &[f64]) -> Result<Found, Halt<FileError>> {
         let Self { bench, search, asked, taken, judged, rows, refused, .. } = self;
         let watched = &asked.watched;
@@ -178,7 +179,7 @@ fn nowhere(answer: Answer, options: &Options, plan: &Plan, starts: &Silence) -> 
     })
 }
 
-/// Returns for each limit the smallest value of its measure that was found, with the value of the key at which it was.
+/// Returns for each limit the smallest value of the limited measure, and the value of the key at which it occurred.
 fn nearest(key: &str, limits: &Limits, judged: &[Judged]) -> Vec<String> {
     let of = |(number, limit): (usize, &Limit)| {
         let finite = |one: &&Judged| one.measures[number].value.is_finite();
@@ -198,12 +199,12 @@ fn nearest(key: &str, limits: &Limits, judged: &[Judged]) -> Vec<String> {
     limits.0.iter().enumerate().filter_map(of).collect()
 }
 
-/// Returns a number in three digits.
+/// Formats a number with three significant digits.
 fn rounded_to_three(value: f64) -> String {
     short(format!("{value:.2e}").parse().unwrap_or(value))
 }
 
-/// Returns the range of a key in SI units: the requested one, or the default around the scenario's value.
+/// Returns the range of a key in SI units. Without a requested range, the default range around the scenario's value is used.
 fn range(options: &Options, bench: &Bench<'_>, number: usize) -> Result<(f64, f64), Error> {
     let (key, whole) = &bench.keys[number];
     if let Some(text) = options.between.get(number) {
@@ -227,8 +228,8 @@ const fn side(side: Side) -> &'static str {
     }
 }
 
-/// Returns the causes of an edge as texts for the JSON: limits that fail beyond the edge, starts without an answer, or values that are
-/// refused.
+/// Returns the causes of an edge as texts for the JSON. The causes are limits that do not hold beyond the edge, starts without an answer,
+/// or refused values.
 fn bound(limits: &Limits, bound: &Bound) -> Vec<String> {
     match bound {
         Bound::Limits(numbers) => {
@@ -253,8 +254,8 @@ fn edge_json(limits: &Limits, judged: &[Judged], edge: &Edge) -> serde_json::Val
     })
 }
 
-/// Returns headline, details and tone of the answer for a stretch, the values over which the limits hold, and writes its numbers into the
-/// JSON.
+/// Returns the headline, the details and the tone of the answer, and writes the numbers into the JSON. `found` is the stretch, the range of
+/// key values over which the limits hold.
 fn stretched(
     asked: &EdgeSearch<'_>,
     found: &Stretch,

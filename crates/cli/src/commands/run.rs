@@ -197,7 +197,7 @@ fn remove_if_empty(folder: &Path) {
     let _ = std::fs::remove_dir(folder);
 }
 
-/// Writes the files of a run from its complete journal; none if interrupted.
+/// Writes the files of a run from its complete journal. Returns none if interrupted.
 fn write(
     options: &Run,
     path: &Path,
@@ -251,8 +251,8 @@ fn advance(
     Ok(done?)
 }
 
-/// Returns the progress as text: for a run without axes the rms error so far, for a sweep the number of the point. A sweep has no common
-/// error, because it would depend on the user's choice of points.
+/// Returns the progress as text. For a run without sweep axes it is the rms error so far. For a sweep it is the number of the point,
+/// because an error over all points would depend on the user's choice of points.
 fn so_far(points: usize, point: usize, rows: &[Row], statistics: &mut Statistics) -> String {
     if points > 1 {
         return format!("point {} of {points}", point + 1);
@@ -303,7 +303,7 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
     Ok(Some(Report { text, code }))
 }
 
-/// Removes an existing journal with `force`; otherwise refuses the run. A journal in use by another process is never removed.
+/// Removes an existing journal if `force` is true, and refuses the run otherwise. Never removes a journal that another process uses.
 fn make_way(path: &Path, force: bool) -> Result<(), Error> {
     if Journal::is_busy(path) {
         return Err(Error::Journal(JournalError::Busy(path.to_owned())));

@@ -13,24 +13,24 @@ use crate::error::Error;
 /// The identity of a question: its scenario and its options.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
-    /// Identity of scenario, seed, program and the files that the scenario reads.
+    /// Identity of the scenario, the seed, the program, and the files that the scenario reads.
     pub of: store::Identity,
-    /// Options of the command that are set, with their values as text.
+    /// Options that the command line sets, each with its value as text.
     pub options: IndexMap<String, String>,
 }
 
-/// Key of the identity in an answer's JSON.
+/// Name of the JSON member that contains the identity of an answer's question.
 pub const KEY: &str = "question";
 
 impl Identity {
-    /// Makes the identity of a question on a scenario with these options.
+    /// Makes the identity of a question from the plan of its scenario and from its options.
     pub fn new<const N: usize>(plan: &Plan, options: [(&str, Option<String>); N]) -> Result<Self, Error> {
         let of = Sweep { plan, shard: Shard::WHOLE, threads: None }.identity()?;
         let set = options.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?)));
         Ok(Self { of, options: set.collect() })
     }
 
-    /// Describes all differences from another question in words; none if both are equal.
+    /// Describes in words all differences between two questions. Returns none if the questions are equal.
     fn difference(&self, other: &Self) -> Option<String> {
         let of = |question: &Self, name: &str| {
             question.options.get(name).map_or_else(|| "not set".to_owned(), |value| format!("`{value}`"))

@@ -13,10 +13,10 @@ use crate::arguments::{Keys, Question, Seed};
 use crate::shell::host;
 use crate::summary::FAILING;
 
-/// Number of plain starts, trials of the scenario as it is, that are run to count those with an answer.
+/// Number of trials of the unchanged scenario that are run to count starts with an answer.
 pub const STARTS: u64 = 1000;
 
-/// Largest number of reasons that a sentence names.
+/// Largest number of reasons for missing answers that a sentence lists.
 const NAMED: usize = 3;
 
 /// The result that a start must have to count as a start with an answer.
@@ -26,7 +26,7 @@ pub enum Needs {
     Angle,
 }
 
-/// Counts of the plain starts (trials of the scenario as it is) with and without an answer.
+/// Numbers of starts with and without an answer, from trials of the unchanged scenario.
 #[derive(Clone, Debug)]
 pub struct Silence {
     pub answers: Answers,
@@ -34,17 +34,17 @@ pub struct Silence {
 }
 
 impl Silence {
-    /// Counts the plain starts of a plan that have an axis.
+    /// Runs trials of the unchanged scenario and counts the starts that found an axis.
     pub fn of_axes(plan: &Plan, watch: &dyn Watch) -> Result<Self, Halt<FileError>> {
         Ok(Self { answers: Answers::of(plan, STARTS, watch)?, needs: Needs::Axis })
     }
 
-    /// Counts the plain starts of a plan that have an angle.
+    /// Runs trials of the unchanged scenario and counts the starts that found an angle.
     pub fn of_angles(plan: &Plan, watch: &dyn Watch) -> Result<Self, Halt<FileError>> {
         Ok(Self { needs: Needs::Angle, ..Self::of_axes(plan, watch)? })
     }
 
-    /// Returns true if fewer than half of the starts have an axis, too few to divide their error among its sources.
+    /// Returns true if fewer than half of the starts have an axis. The error of so few starts cannot be divided among its sources.
     pub fn is_mostly_silent(&self) -> bool {
         2 * self.answers.with_axis() < self.answers.starts
     }
@@ -77,7 +77,7 @@ impl Silence {
         }
     }
 
-    /// Returns the number of starts without an answer with their reasons, the most frequent first.
+    /// Returns a sentence with the number of starts without an answer and with their reasons. The most frequent reason comes first.
     pub fn sentence(&self) -> String {
         let reasons = self.reasons();
         match reasons.split_at(reasons.len().min(NAMED)) {
@@ -95,7 +95,7 @@ impl Silence {
         }
     }
 
-    /// Returns the reasons of the starts without an answer with their counts, the most frequent first.
+    /// Returns each reason for a missing answer with its number of starts. The most frequent reason comes first.
     fn reasons(&self) -> Vec<(&str, u64)> {
         let of_poles = (self.needs == Needs::Angle).then_some(&self.answers.without_pole);
         let mut all: BTreeMap<&str, u64> = BTreeMap::new();
@@ -131,14 +131,14 @@ fn bare(noun: &str) -> &str {
     noun.split_once(' ').map_or(noun, |(_, noun)| noun)
 }
 
-/// Puts the command for starts without an answer, [`next`], before the other commands of an answer.
+/// Adds the command that [`next`] returns as the first of an answer's commands.
 pub fn lead(mut answer: Answer, question: &Question, file: &ScenarioFile) -> Answer {
     answer.next.insert(0, next(&question.scenario, &question.keys, question.seed, file));
     answer
 }
 
-/// Adds the commands to continue with if nothing meets the limits: first `check` if too many starts have no answer, then `budget` if most
-/// starts have an axis and the scenario draws errors.
+/// Adds the commands to continue with if nothing meets the limits. The first is `check`, if too many starts have no answer. The next is
+/// `budget`, if most starts have an axis and the scenario has random errors.
 ///
 /// # Errors
 /// The plan has no valid scenario.

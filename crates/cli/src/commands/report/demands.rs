@@ -13,12 +13,12 @@ use crate::summary::share_of;
 /// The demands by which a run is judged: the default demands of `check`.
 pub const DEMANDS: Demands = Demands::DEFAULT;
 
-/// Formats the upper end of a share's interval in per cent.
+/// Formats an upper limit of a share in per cent.
 pub fn percent(limit: f64) -> String {
     format!("{} %", at_most(limit))
 }
 
-/// Formats a share of a number of starts in per cent.
+/// Formats a share of `starts` starts in per cent.
 pub fn counted(share: f64, starts: u64) -> String {
     format!("{} %", share_of(share, starts))
 }
@@ -43,8 +43,8 @@ impl Standing {
     }
 }
 
-/// Returns for each demand whether the starts meet it, and a text with the numbers. `judged`: whether poles are judged; `rotor`: state of
-/// the rotor.
+/// Compares the starts with each demand. Returns the result of each comparison and a text with the numbers. `judged` states whether poles
+/// are judged. `rotor` is the state of the rotor.
 pub fn demands(s: &Summary, judged: Poles, rotor: Rotor) -> Vec<(Standing, String)> {
     let mut all = Vec::new();
     // Wrong poles are judged only if starts named a pole.
@@ -103,8 +103,8 @@ pub fn whose() -> String {
     )
 }
 
-/// Returns the sentence with the command that shows why a demand is not met; `wrong`: because of wrong poles; `silent`: because of starts
-/// without an answer.
+/// Returns a sentence with the command that shows why a demand is not met. `wrong` is true if wrong poles are the cause. `silent` is true
+/// if starts without an answer are the cause.
 pub fn why(run: &FinishedRun, wrong: bool, silent: bool) -> String {
     let folder = quoted(&run.folder.display().to_string());
     let of = match (wrong, silent) {
@@ -115,7 +115,7 @@ pub fn why(run: &FinishedRun, wrong: bool, silent: bool) -> String {
     format!("More starts do not mend what is not met. Why: `standstill explain {folder}{of}`")
 }
 
-/// Returns the sentence with the command that adds starts to a run, and with the `odds` command for rare events.
+/// Returns a sentence with two commands: one adds starts to the run, and `odds` computes the probability of a rare event.
 pub fn more(run: &FinishedRun) -> String {
     let folder = quoted(&run.folder.display().to_string());
     let (Begun { line: scenario, .. }, note) = run.begun();

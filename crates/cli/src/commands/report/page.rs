@@ -13,7 +13,7 @@ use crate::shell::command_line::quoted;
 use crate::shell::setup::{Setup, setting};
 use crate::summary;
 
-/// Makes the answer of a run with these figures. A terminal shows the verdict only, because `run` printed the results.
+/// Makes the answer about a run from its figures. A terminal shows only the verdict, because `run` has already printed the results.
 pub fn answer(run: &FinishedRun, figures: Vec<(String, Figure, String)>) -> Answer {
     let (tone, headline, details) = verdict(run);
     let json = json!({ "headline": headline, "details": details, "run": run.summary.run });
@@ -52,7 +52,7 @@ pub fn made(run: &FinishedRun) -> Made<'_> {
     Made { setup: Some(setup), subtitle, facts: facts.collect(), command: commands(run), ..Made::default() }
 }
 
-/// Formats the number of trials; for a sweep, the number at each point.
+/// Formats the number of trials of a run. For a sweep, formats the number of trials at each point.
 fn trials(summary: &SummaryFile) -> String {
     let all = summary.trials();
     let each = || summary.points.iter().map(|point| point.summary.trials);

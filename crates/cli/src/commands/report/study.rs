@@ -62,7 +62,7 @@ fn axis(shown: &Shown, spec: &AxisSpec, points: &[PointSummary]) -> StudyAxis {
     StudyAxis { key: shown.key.clone(), label: String::new(), unit: shown.scale.unit.clone(), logarithmic }
 }
 
-/// Converts a point of a sweep to a point of the figures. `open`: poles are not judged, only the axis.
+/// Converts a sweep point to a point of the figures. `open` is true if only the axis is judged, not the pole.
 fn point(coordinates: Vec<Coordinate>, s: &Summary, open: bool) -> StudyPoint {
     let judged = |count: u64| if open { 0 } else { count };
     StudyPoint {

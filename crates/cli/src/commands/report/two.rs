@@ -35,11 +35,11 @@ use crate::shell::values::{Shown, describe};
 
 const CASES: [&str; 3] = ["wrong poles", "undetermined", "failed"];
 
-/// The two runs and their common points.
+/// The two compared runs and the sweep points that both contain.
 struct Two<'a> {
     runs: [&'a FinishedRun; 2],
     points: Vec<Common>,
-    /// Reason why the runs' trials cannot be compared trial by trial; none if they can.
+    /// Reason why trials of equal number cannot be compared in pairs. None if they can be compared.
     unpaired: Option<String>,
 }
 
@@ -52,7 +52,7 @@ struct Common {
     counts: [u64; 2],
     /// Summaries of the compared trials of each run.
     summaries: [Summary; 2],
-    /// Pairs of trials that both runs have; none if trials are not compared one by one.
+    /// Pairs of trials with equal number, one from each run. None if trials are not compared in pairs.
     pairs: Option<Vec<(Trial, Trial)>>,
 }
 
@@ -72,8 +72,8 @@ pub fn run(
     answer.report(out, options.json, &Made { asked, ..Made::default() })
 }
 
-/// Returns the points that both runs have, by their indices; for two runs without axes, the only point. None if there
-/// is no common point.
+/// Returns the indices, in each run, of the sweep points that both runs contain. A run without sweep axes has a single point. Returns none
+/// if no point is common.
 fn common([a, b]: [&FinishedRun; 2]) -> Option<Vec<[usize; 2]>> {
     let [a, b] = [a, b].map(|run| &run.summary.points);
     if a.is_empty() && b.is_empty() {
@@ -166,15 +166,15 @@ impl<'a> Two<'a> {
         Answer { json, csv: Some(records), ..answer }
     }
 
-    /// Returns the conditions of both runs, and the note of [`Self::fewer`], in one line.
+    /// Returns one line with the conditions of both runs and the note from [`Self::fewer`].
     fn conditions(&self) -> String {
         let [a, b] = self.runs.map(|run| setting(&run.file));
         let made = if a == b { a } else { format!("A: {a}; B: {b}") };
         std::iter::once(made).chain(self.fewer()).collect::<Vec<_>>().join("; ")
     }
 
-    /// Returns the note on the trials over which errors are computed, or on sectors of different widths; none if errors are computed over
-    /// all trials.
+    /// Returns a note if errors are computed over only some of the trials, or if the runs have sectors of different widths. Returns none
+    /// otherwise.
     fn fewer(&self) -> Option<String> {
         let pairs: usize = self.points.iter().flat_map(|point| &point.pairs).map(Vec::len).sum();
         let axes: usize = self.points.iter().filter_map(Common::errors).map(|both| both.len()).sum();
@@ -191,8 +191,7 @@ impl<'a> Two<'a> {
         (self.unpaired.is_none() && axes < pairs).then_some(said)
     }
 
-    /// Returns for each point the trials that both runs have. The error is the reason why they cannot be compared one
-    /// by one.
+    /// Returns the pairs of trials with equal number at each point. If trials cannot be compared in pairs, the error states the reason.
     fn pairs(runs: [&FinishedRun; 2], points: &[Common]) -> Result<Vec<Vec<(Trial, Trial)>>, String> {
         let [a, b] = runs.map(|run| &run.summary.run);
         if a.seed != b.seed {
@@ -259,8 +258,8 @@ impl<'a> Two<'a> {
 }
 
 impl Common {
-    /// Returns the errors in degrees of the trials in which both runs found an axis; none if trials are not compared
-    /// one by one.
+    /// Returns the pairs of errors, in degrees, of those trials in which both runs found an axis. Returns none if trials are not compared
+    /// in pairs.
     fn errors(&self) -> Option<Vec<(f64, f64)>> {
         let error = |(a, b): &(Trial, Trial)| Some((a.error_deg?, b.error_deg?));
         self.pairs.as_ref().map(|pairs| pairs.iter().filter_map(error).collect())

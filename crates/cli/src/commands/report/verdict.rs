@@ -9,8 +9,7 @@ use crate::results::{FinishedRun, PointSummary, SummaryFile};
 use crate::shell::values::{Shown, describe, range};
 use crate::summary::{FAILING, Ranking, good, sectors_in_words};
 
-/// Returns the words to be added to an error if answers are sectors, because the error then counts from the sector's
-/// border.
+/// Returns words to be added to an error if answers are sectors. The error of a sector is measured from the sector's border.
 const fn beyond(s: &Summary) -> &'static str {
     if s.sectors.is_some() { " beyond the sector" } else { "" }
 }
@@ -42,7 +41,7 @@ pub fn verdict(run: &FinishedRun) -> (Tone, String, Vec<String>) {
     (tone, headline, details)
 }
 
-/// Returns the number of starts without an answer and their most frequent reason; none if there are no more of them than `check` allows.
+/// Returns the number of starts without an answer and the most frequent reason. Returns none if `check` allows this number.
 fn silence(s: &Summary) -> Option<String> {
     let silent = s.undetermined + s.failed;
     if silent as f64 <= DEMANDS.without_angle * s.trials as f64 {
@@ -90,7 +89,7 @@ impl Poles {
         if matches!(self, Self::Open) { "with an axis" } else { "answered rightly" }
     }
 
-    /// Adds to a count of wrong poles the assumption on which it depends.
+    /// Appends to the text of a wrong-pole count the assumption on which the count depends.
     pub fn qualified(self, text: String) -> String {
         if self == Self::Assumed { format!("{text} (poles as assumed)") } else { text }
     }
@@ -248,7 +247,7 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     (tone, sentence([answered, poles, rms]), details)
 }
 
-/// Joins the parts that exist into a sentence with a capital letter.
+/// Joins all parts that are not none into one sentence, which begins with a capital letter.
 fn sentence<const N: usize>(parts: [Option<String>; N]) -> String {
     let text = parts.into_iter().flatten().collect::<Vec<_>>().join("; ");
     let mut letters = text.chars();

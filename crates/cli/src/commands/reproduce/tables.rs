@@ -10,15 +10,16 @@ use crate::answer::{Record, Records};
 use crate::shell::table::Print as _;
 use crate::shell::terminal::paragraph;
 
-/// Returns the audit's notes on published values that disagree with the paper's equations, at one place of the paper such as `Table 1, row
-/// 2`.
+/// Returns the audit's notes on published values that disagree with the paper's equations. `place` selects one place of the paper, such as
+/// `Table 1, row 2`.
 fn disagreements(findings: &[Finding], place: &str) -> String {
     let notes: Vec<&str> =
         findings.iter().filter(|f| f.place == place && !f.agrees).map(|f| f.note.as_str()).collect();
     notes.join("; ")
 }
 
-/// Builds table 1 as rows for its file and as a table to print. `rows`: the simulated positions; `findings`: the audit.
+/// Builds table 1 as rows for its file and as a table to print. `rows` contains the simulated positions, and `findings` the results of the
+/// audit.
 pub fn table_1(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Table) {
     let build = |(k, row): (usize, &SimulatedRow)| {
         let published = TABLE_1[k].lines_mh;
@@ -60,7 +61,8 @@ pub fn table_1(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Tabl
     (Records(records), Table::new(titles.map(Column::number)).rows(cells))
 }
 
-/// Builds table 2 as rows for its file and as a table to print. `rows`: the simulated positions; `findings`: the audit.
+/// Builds table 2 as rows for its file and as a table to print. `rows` contains the simulated positions, and `findings` the results of the
+/// audit.
 pub fn table_2(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Table) {
     let build = |(k, row): (usize, &SimulatedRow)| {
         let published = TABLE_2[k];

@@ -30,7 +30,7 @@ impl Refused {
         self.0.push((value, error));
     }
 
-    /// Fails if no value was judged because all were refused.
+    /// Returns an error if all values were refused, so that none was judged.
     pub fn check(&mut self, judged: &[Judged]) -> Result<(), Error> {
         if judged.is_empty() && !self.0.is_empty() {
             return Err(self.0.remove(0).1.into());
@@ -38,7 +38,7 @@ impl Refused {
         Ok(())
     }
 
-    /// Returns ranges of refused values; neighbours refused for the same reason are merged.
+    /// Returns the ranges of refused values. Neighbouring values with the same reason form one range.
     pub fn ranges(&self, document: &Document, key: &str, judged: &[Judged]) -> Vec<Refusal> {
         let mut all: Vec<(f64, String)> =
             self.0.iter().map(|(value, error)| (*value, reason(error))).collect();

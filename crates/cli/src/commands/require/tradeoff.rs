@@ -16,9 +16,9 @@ use crate::shell::Report;
 use crate::shell::command_line::set;
 use crate::shell::values::{shown, shown_interval};
 
-/// Number of values of the first key, and so of points on the curve.
+/// Number of values of the first key. The curve has one point for each of these values.
 const VALUES: usize = 9;
-/// Relative width of the second key's interval, which may be larger than for a single answer.
+/// Relative width of the interval of the second key's edge. It is larger than the width for a single edge.
 const WIDTH: f64 = 0.1;
 
 pub fn run(

@@ -12,8 +12,8 @@ use crate::arguments::MOST_AT_A_VALUE as MOST;
 use crate::shell::values::{percent, probability};
 use standstill_analysis::require::Judged;
 
-/// Starts without an answer that decide a limit: at the edge they cause more than half of the mean square, or of the
-/// square of its interval's upper end.
+/// A remark that starts without an answer decide a limit of the rms error. At the edge, these starts cause more than half of the mean
+/// square error, or more than half of the square of the upper end of the rms interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Unanswered {
     /// The quantity that these starts decide: `limit`, or `interval` if they affect only the interval of the measure.
@@ -21,14 +21,14 @@ pub struct Unanswered {
     trials: u64,
     share: f64,
     share_high: f64,
-    /// Rms error in degrees that starts without an answer cause alone, each counted as 90°.
+    /// Rms error in degrees that the starts without an answer cause by themselves. Each of them counts as an error of 90°.
     rms_deg: f64,
     rms_high_deg: f64,
 }
 
 impl Unanswered {
-    /// Makes the remark for the value closest to the edge, among the values judged with the edge's number of trials; none if starts without
-    /// an answer do not decide the limit.
+    /// Makes the remark for the judged value closest to the edge, among those with as many trials as the edge. Returns none if starts
+    /// without an answer do not decide the limit.
     pub fn of(limits: &Limits, judged: &[Judged], edge: &Edge) -> Option<Self> {
         let last = judged.iter().filter(|judged| judged.trials == edge.trials);
         let apart = |judged: &&Judged| (judged.value - edge.value).abs();
@@ -40,8 +40,7 @@ impl Unanswered {
         Self::in_measure(rms, share, at.trials).or_else(open)
     }
 
-    /// Makes the remark for an rms error and a share of starts without an answer; none if these starts do not decide
-    /// the limit.
+    /// Makes the remark for an rms error and a share of starts without an answer. Returns none if these starts do not decide the limit.
     pub fn in_measure(rms: &Estimate, share: &Estimate, trials: u64) -> Option<Self> {
         let decide = match dominated(rms, share)? {
             Dominated::Value => "limit",
@@ -79,8 +78,8 @@ impl fmt::Display for Unanswered {
     }
 }
 
-/// Returns the sentence that the trials are too few to show that the limits hold, whatever their results; none if there
-/// are enough.
+/// Returns a sentence if the number of trials is too small to show that the limits hold, even with no failure. Returns none if the number
+/// suffices.
 pub fn too_few(limits: &Limits, edge: &Edge) -> Option<String> {
     let needed = limits.least_trials();
     (needed > edge.trials).then(|| {
@@ -92,7 +91,7 @@ pub fn too_few(limits: &Limits, edge: &Edge) -> Option<String> {
     })
 }
 
-/// Returns the sentence that an interval is wider than requested, with the number of trials that would suffice.
+/// Returns a sentence for an interval that is wider than requested. `needed` is the number of trials that would suffice.
 pub fn wide(width: f64, needed: Option<u64>) -> String {
     let wide = format!("the interval is wider than {} of the value", percent(width));
     match needed {

@@ -69,7 +69,7 @@ const fn end_of(side: Side) -> &'static str {
     }
 }
 
-/// Returns the phrase on the causes of an edge, such as the limits that fail beyond it.
+/// Returns a phrase that names the causes of an edge, such as the limits that do not hold beyond the edge.
 fn binding(limits: &Limits, edge: &Edge) -> String {
     let beyond = match edge.side {
         Side::Largest => "above",
@@ -83,7 +83,7 @@ fn binding(limits: &Limits, edge: &Edge) -> String {
     }
 }
 
-/// Returns the sentence on the open end of an interval, with its reason; none if both ends are known.
+/// Returns a sentence that states why one end of an edge's interval is unknown. Returns none if both ends are known.
 fn open(key: &str, search: &Search, edge: &Edge) -> Option<String> {
     let (low, high) = search.range;
     let ends = match edge.side {

@@ -3,8 +3,8 @@
 use standstill_campaign::{Estimate, correlated_difference, paired_difference};
 pub use standstill_campaign::{independent_difference as independent, paired_rms};
 
-/// Pairs of trials with common random numbers: their number, and the numbers of pairs in which an event occurred only
-/// in run A or only in run B.
+/// Counts of an event in pairs of trials with common random numbers: the number of all pairs, of pairs with the event only in run A, and of
+/// pairs with the event only in run B.
 #[derive(Clone, Copy, Debug)]
 pub struct Rates {
     pub only_a: u64,
@@ -13,16 +13,17 @@ pub struct Rates {
 }
 
 impl Rates {
-    /// Returns the rate of the event in B minus that in A. Pairs in which both or neither had the event carry no
-    /// information.
+    /// Returns the rate of the event in run B minus the rate in run A. Only pairs in which one of the two runs had the event contribute to
+    /// the difference.
     pub fn difference(self) -> Estimate {
         paired_difference([self.only_a, self.only_b], self.pairs)
     }
 }
 
-/// Returns a percentile of the error's magnitude in run B minus that in run A, in degrees, with its 95 % interval. `pairs`: errors of both
-/// runs in each trial, in degrees; `[a, b]`: the percentile of each run. To first order the error of an order statistic depends on the
-/// number of values beyond the percentile, so two percentiles are as strongly correlated as the indicators of exceeding them.
+/// Returns a percentile of the error's magnitude in run B minus that in run A, in degrees, with its 95 % interval. `pairs` contains the
+/// errors of both runs in each trial, in degrees. `a` and `b` are the percentiles of the two runs. To first order the error of an order
+/// statistic depends on the number of values beyond the percentile, so two percentiles are as strongly correlated as the indicators of
+/// exceeding them.
 pub fn paired_percentile(pairs: &[(f64, f64)], [a, b]: [Estimate; 2]) -> Estimate {
     let share = |of: &dyn Fn(&(f64, f64)) -> bool| {
         pairs.iter().filter(|pair| of(pair)).count() as f64 / pairs.len() as f64

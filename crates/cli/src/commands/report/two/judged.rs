@@ -11,7 +11,7 @@ use crate::shell::values::range;
 use crate::summary::{GOOD, right};
 
 impl Common {
-    /// Returns the differences, B minus A, that decide which run is better; `rows`: measures of all points.
+    /// Returns the differences, B minus A, that decide which run is better. `rows` contains the measures of all points.
     fn apart(&self, rows: &[Compared]) -> Apart {
         let of_starts = |case: fn(&Trial) -> bool, count: fn(&Summary) -> u64| {
             let Some(pairs) = self.pairs.as_ref().filter(|pairs| !pairs.is_empty()) else {
@@ -33,7 +33,8 @@ impl Common {
     }
 }
 
-/// Returns the verdict as one line, with its tone: first the shares of starts answered rightly, unless nearly all are, then the difference.
+/// Returns the verdict as one line, and its tone. The line states the shares of right answers, unless nearly all answers are right, and
+/// then the difference.
 pub fn headline(rows: &[Compared], points: &[Common]) -> (Tone, String) {
     let apart = difference(rows, points);
     let shares = |run: usize| {

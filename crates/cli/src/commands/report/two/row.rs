@@ -6,13 +6,13 @@ use crate::answer::Record;
 
 /// Name of the rms error in degrees.
 pub const RMS: &str = "rms";
-/// Name of the 95th percentile of the error in degrees. All further measures except `TRIALS` are shares.
+/// Name of the 95th percentile of the error in degrees. All measures except this one, [`RMS`] and `TRIALS` are shares.
 pub const P95: &str = "p95";
 
 /// Name of the number of trials, the only measure that is a count.
 const TRIALS: &str = "trials";
 
-/// A measure of both runs at a point.
+/// The values of one measure in both runs, at one sweep point.
 #[derive(Debug)]
 pub struct Compared {
     pub point: String,
@@ -21,7 +21,7 @@ pub struct Compared {
     pub of: [Estimate; 2],
     /// Difference, B minus A.
     pub apart: Estimate,
-    /// Number of trials compared one by one; none if the runs have independent random numbers.
+    /// Number of pairs of trials that were compared. None if the runs have independent random numbers.
     pub pairs: Option<u64>,
 }
 
@@ -36,7 +36,8 @@ impl Compared {
         Self { point: point.to_owned(), measure, of, apart, pairs }
     }
 
-    /// Makes the row with the numbers of trials of both runs at a point, and the number of trials compared one by one.
+    /// Makes the row that contains the numbers of trials at a point. `counts` is the number in each run, and `pairs` the number of compared
+    /// pairs.
     pub fn trials(point: &str, counts: [u64; 2], pairs: Option<u64>) -> Self {
         let count = |n: u64| Estimate { value: n as f64, ..Estimate::UNKNOWN };
         Self::new(point, TRIALS, counts.map(count), Estimate::UNKNOWN, pairs)
@@ -84,7 +85,8 @@ impl Compared {
         ]
     }
 
-    /// Returns the words on which run has the larger value. Which run is better depends on all measures of a point together.
+    /// Returns words that state which run has the larger value. They do not state which run is better, because this depends on all measures
+    /// of a point.
     pub fn verdict(&self) -> &'static str {
         if self.apart.low.is_nan() || self.apart.high.is_nan() {
             return "cannot be compared";

@@ -8,7 +8,8 @@ use toml::Value;
 use crate::results::FinishedRun;
 use crate::shell::values::shown;
 
-/// Returns the keys of the scenarios whose values differ: key, value of A, value of B.
+/// Returns the scenario keys that have different values in the two runs. Each entry contains the key, its value in run A, and its value in
+/// run B.
 pub fn settings(runs: [&FinishedRun; 2]) -> Vec<[String; 3]> {
     let [a, b] = runs.map(|run| {
         let text = |(key, value): (String, Value)| {

@@ -24,7 +24,7 @@ impl Trial {
     }
 }
 
-/// Returns the summary of the given trials, for comparing two runs; `limit_deg`: angle in degrees above which an answer counts as off.
+/// Returns the summary of these trials. An answer with an error above `limit_deg` degrees counts as off.
 pub fn summary<'a>(trials: impl Iterator<Item = &'a Trial>, limit_deg: f64) -> Summary {
     let mut statistics = Statistics::with_limit(limit_deg);
     for trial in trials {
