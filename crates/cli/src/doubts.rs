@@ -15,8 +15,8 @@ pub fn warn(scenario: &Scenario<Method<f64>>) {
     }
 }
 
-/// Prints a warning if the rotor is driven at 0 rpm without acceleration. Callers skip sweeps, whose speed may begin
-/// at 0.
+/// Prints a warning if the rotor is driven at 0 rpm without acceleration. Do not call this function for a sweep, because its speed may
+/// begin at 0.
 pub fn warn_standing(scenario: &Scenario<Method<f64>>) {
     if let Some(doubt) = doubts::standing(scenario).filter(|_| host::current().is_none()) {
         tell(&format!("warning: {doubt}"));

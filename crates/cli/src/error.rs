@@ -74,7 +74,7 @@ pub enum Error {
     #[cfg(feature = "program")]
     #[error(transparent)]
     Lab(ServerError),
-    /// Results exist already, or belong to another run.
+    /// The results exist already or belong to another run.
     #[error("{path}: found {found}, needed {needed}")]
     Results { path: PathBuf, found: String, needed: String },
 }
@@ -86,13 +86,13 @@ impl Error {
         move |error| Self::Write(path, error)
     }
 
-    /// Returns the error of a file or folder: `found` describes its content, `needed` the content that the command needs.
+    /// Returns the error of a file or folder: `found` describes the present content, and `needed` the content that the command needs.
     pub fn results(path: impl Into<PathBuf>, found: impl Into<String>, needed: impl Into<String>) -> Self {
         Self::Results { path: path.into(), found: found.into(), needed: needed.into() }
     }
 
-    /// Returns the error that the results at a path are of another run or question and are not replaced. `of`: "run" or "question";
-    /// `difference`: what differs.
+    /// Returns the error that the results at a path belong to another run or question and are not replaced. `of` is "run" or "question",
+    /// and `difference` describes the differences.
     pub fn another(of: &str, path: impl Into<PathBuf>, difference: &str) -> Self {
         let found = format!("the results of another {of}: {difference}");
         Self::results(path, found, "another --out, or --force to replace them")
@@ -104,7 +104,7 @@ impl Error {
         Self::results(path, found, "--resume to go on with it, another --out, or --force to throw it away")
     }
 
-    /// Converts the error of a table that cannot be written. If the operating system refused, the message names `path`.
+    /// Converts the error of a table that cannot be written. The message names `path` if the operating system caused the error.
     pub fn table(path: &Path, error: TableError) -> Self {
         match error {
             TableError::Write(error) => Self::Write(path.to_owned(), error),

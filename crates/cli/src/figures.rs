@@ -57,7 +57,7 @@ pub fn line_pulses(trace: &Trace, entries: &[Entry], subtitle: String) -> Figure
     Figure::new("Line pulses and their currents (Fig. 5 of the paper)", subtitle, 860, panels)
 }
 
-/// Draws the polarity test: for each of its two voltage vectors the current along the vector, over time.
+/// Draws the polarity test. Two curves over time show the current along each of the two voltage vectors.
 pub fn polarity(trace: &Trace, entries: &[Entry], axis_deg: f64, subtitle: String) -> Figure {
     let mut panel = Panel::new(
         Axis::new("time from the start of the vector (ms)"),
@@ -85,7 +85,7 @@ pub fn polarity(trace: &Trace, entries: &[Entry], axis_deg: f64, subtitle: Strin
     Figure::new("Polarity test: the larger current points north", subtitle, 440, [panel])
 }
 
-/// Draws the angle error over the true angle, as report pages do, and the paper's bound, ± [`Statistics::LIMIT_DEG`].
+/// Draws the angle error over the true angle, as on report pages, and the paper's bound of ± [`Statistics::LIMIT_DEG`].
 pub fn error_over_angle(cloud: &ErrorCloud, subtitle: String) -> Figure {
     let mut figure = study::error_over_angle("", Some(subtitle), cloud);
     for panel in &mut figure.panels {

@@ -30,8 +30,7 @@ pub fn run(options: &Slurm) -> Result<Report, Error> {
     Ok(Report { text: script(options, &here, &program), code: 0 })
 }
 
-/// Largest number of shards in one job array: Slurm's `MaxArraySize` is 1001 unless a cluster changes it, and indices
-/// are below it.
+/// Largest number of shards in one job array. Array indices must be below Slurm's `MaxArraySize`, which is 1001 by default.
 const BLOCK: u32 = 1000;
 
 /// Quotes a path for a shell.
@@ -39,7 +38,7 @@ fn path(path: &Path) -> String {
     quoted(&path.to_string_lossy())
 }
 
-/// Returns the subcommand, `run` or `sweep`, with the scenario and the options that all shards have in common.
+/// Returns the command line that all shards have in common: the subcommand (`run` or `sweep`), the scenario, and the options.
 fn command(options: &Slurm) -> String {
     let sweep =
         !options.axes.vary.is_empty() || options.axes.design.is_some() || options.axes.points.is_some();

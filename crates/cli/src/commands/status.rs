@@ -80,7 +80,7 @@ pub fn run(options: &Status) -> Result<Report, Error> {
     Ok(Report { text, code })
 }
 
-/// Returns the report on a folder without journals, such as a finished run leaves it: with its summary and tables.
+/// Returns the report on a folder that contains no journals, such as the folder of a finished run with its summary and tables.
 fn finished(folder: &Path, as_json: bool) -> Result<Report, Error> {
     if !folder.join(SUMMARY).exists() {
         return Err(ShardsError::None(folder.to_owned()).into());

@@ -25,7 +25,7 @@ use crate::shell::command_line::typed_of;
 use crate::shell::setup::Setup;
 use crate::shell::{Report, host, interrupt};
 
-/// Returns the options that are shorthands for keys, except the angle of a single start.
+/// Returns the command-line options that are shorthands for keys. The rotor angle (`--angle`) is not among them.
 fn shorthands(options: &Options) -> Shorthands {
     Shorthands::default().setup(&options.setup).decay(options.decay).with(
         "--method",
@@ -125,7 +125,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     one.answer(&trace)?.report(folder, host.is_some(), &made)
 }
 
-/// Returns a table of a trace as a file that is written row by row; `of`: identity of its trial.
+/// Returns a table of a trace as a file that is written row by row. `of` is the identity of the traced trial.
 fn written<'a>(
     table: TraceTable,
     trace: &'a Trace,

@@ -23,8 +23,8 @@ use crate::shell::values::shown;
 use crate::shell::{NOT_SHOWN, Report};
 use crate::summary::FAILING;
 
-/// Keys of the drive that a user can change, including a timer's clock, which has a prescaler; all other keys are
-/// properties of parts.
+/// Keys that a user can change in a given drive. A timer's clock is one of them, because it has a prescaler. All other keys describe
+/// hardware.
 const DRIVE: [&str; 6] = [
     "inverter.carrier",
     "inverter.dc_link",
@@ -135,8 +135,8 @@ fn ranges(options: &Options, document: &Document) -> Result<Vec<Range>, Error> {
     Ok(ranges)
 }
 
-/// Returns the limits. A limit without a number demands the value of the initial settings, which is computed from trials with these
-/// settings. For a share the limit is the upper end of its interval, but at least the smallest share that the search can resolve.
+/// Returns the limits. A limit without a number gets the value that trials with the initial settings have. If the measure is a share, the
+/// limit is the upper end of the share's interval, but at least the smallest share that the search can resolve.
 fn limits(
     options: &Options,
     document: &Document,

@@ -15,8 +15,8 @@ use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::{remove_stale, unfinished_prefix};
 use crate::shell::{Report, progress};
 
-/// Computes all witnesses, with a temporary folder for their files; none if stopped. `hear` gets the name of each group of witnesses when
-/// it begins.
+/// Computes all witnesses, whose files are in a temporary folder. Returns none if stopped. `hear` is called with the name of each group of
+/// witnesses before the group is computed.
 pub fn hear(stop: &AtomicBool, hear: impl FnMut(&'static str)) -> Result<Option<Vec<Witness>>, Error> {
     let place = std::env::temp_dir();
     remove_stale(&place);
@@ -71,7 +71,7 @@ fn report(found: &[Witness], as_json: bool) -> Report {
     Report { text: Answer { sections, ..Answer::default() }.text(), code }
 }
 
-/// Formats a number with up to eight decimals; very small and very large numbers in scientific notation.
+/// Formats a number with up to eight decimals. Uses scientific notation for very small and very large numbers.
 fn number(value: f64) -> String {
     if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
         let digits = format!("{value:.8}");

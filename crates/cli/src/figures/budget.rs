@@ -7,8 +7,8 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 /// Largest number of sources that a reader can distinguish in the figure over the angle.
 const DRAWN: usize = 4;
 
-/// A source of error in the chart: its name, its share of the mean square by itself and, if known, its share with all
-/// interactions; each share as value, lower and upper end of its interval.
+/// A source of error in the chart. `share` is its share of the mean square error without interactions, and `total` the share with all
+/// interactions, if known. Each share has three numbers: its value and the lower and upper end of its interval.
 pub struct Bar {
     pub name: String,
     pub share: [f64; 3],
@@ -46,7 +46,7 @@ pub fn shares(bars: &[Bar], subtitle: String) -> Figure {
     Figure::new("Where the error comes from", subtitle, height.clamp(300, 2000), [panel])
 }
 
-/// Draws the contributions over the angle as mean squares, which add up; each has its 95 % interval.
+/// Draws the contribution of each source over the angle, with its 95 % interval. Contributions are mean squares, so they can be added.
 pub fn over_angle(budget: &Budget, subtitle: &str) -> Figure {
     let parts = &budget.over_angle;
     let x = Axis::new("rotor angle (°)").range(0.0, 360.0).step(60.0);
@@ -78,8 +78,7 @@ pub fn over_angle(budget: &Budget, subtitle: &str) -> Figure {
     )
 }
 
-/// Adds the points at 0° and 360° to estimates over equal ranges of the angle: at both, the mean of the last and the
-/// first range.
+/// Adds two points, at 0° and at 360°, to estimates over equal ranges of the angle. Both have the mean of the first and the last estimate.
 fn around(mut of: Vec<(f64, Estimate)>) -> Vec<(f64, Estimate)> {
     let (Some((_, first)), Some((_, last))) = (of.first(), of.last()) else { return of };
     let middle = |of: fn(&Estimate) -> f64| (of(first) + of(last)) / 2.0;

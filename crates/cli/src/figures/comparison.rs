@@ -10,14 +10,14 @@ use crate::summary::{FAILING, GOOD, good};
 
 /// Place of one row of the chart: a method under one set of conditions. The rows of one method lie below each other.
 struct Place {
-    /// Vertical position: index of the method, counted from the bottom, plus the offset of the conditions.
+    /// Vertical position: the index of the method, counted from the bottom, plus an offset for the conditions.
     y: f64,
     label: String,
     style: Style,
 }
 
-/// The points of one set of conditions over all methods, as (error in degrees, vertical position): markers at the rms,
-/// and lines from the rms to the 95th percentile with a gap after each.
+/// The points of one set of conditions for all methods. `points` are markers at the rms error, and `ways` are lines from the rms error to
+/// the 95th percentile, with a gap after each. Each point contains the error in degrees and the vertical position.
 struct Series {
     label: String,
     style: Style,
@@ -27,10 +27,10 @@ struct Series {
     ways: Vec<(f64, f64)>,
 }
 
-/// Styles by which a reader can distinguish conditions in one panel; black crosses are reserved for the limits.
+/// Styles that distinguish the conditions in one panel. Black crosses are not among them, because they mark the limits.
 const STYLES: [Style; 5] = [Style::Blue, Style::Vermilion, Style::Orange, Style::Green, Style::Purple];
 
-/// Least height in pixels: on a narrow page title, subtitle and legend of one method take several lines each.
+/// Smallest height of the figure in pixels. On a narrow page, the title, the subtitle and the legend can each need several lines.
 const LEAST_HEIGHT: f64 = 340.0;
 
 fn condition(entry: &Entry) -> String {
@@ -50,9 +50,9 @@ fn limit(entry: &Entry) -> f64 {
     entry.limit().unwrap_or(f64::NAN)
 }
 
-/// Draws the error of each method under each set of conditions on a logarithmic axis: the rms, a line to the 95th
-/// percentile, and the Cramér–Rao limit of the method's samples. There is one panel, or one for each state of the rotor
-/// if there are more conditions than styles. `open`: poles are not judged, so a start with an axis is correct.
+/// Draws the error of each method under each set of conditions on a logarithmic axis. A marker shows the rms error, a line ends at the 95th
+/// percentile, and a cross shows the Cramér–Rao limit of the method's samples. The figure has one panel, or one panel for each state of the
+/// rotor if there are more conditions than styles. If `open` is true, poles are not judged, and a start with an axis is correct.
 pub fn comparison(entries: &[Entry], subtitle: String, open: bool) -> Figure {
     // A method of which no start found an axis, whatever the conditions, has nothing to draw.
     let has_axis = |method: &str| {
@@ -105,7 +105,7 @@ pub fn comparison(entries: &[Entry], subtitle: String, open: bool) -> Figure {
     )
 }
 
-/// Draws a panel, with its height in pixels as its weight.
+/// Draws a panel. The panel's weight is its height in pixels.
 fn panel(entries: &[&Entry], (low, high): (f64, f64), open: bool) -> Panel {
     let conditions = conditions(entries);
     let methods = each_once(entries.iter().map(|entry| entry.method.as_str()));

@@ -11,7 +11,7 @@ use super::parts::Window;
 /// Share of the trace's largest current above which a snapshot belongs to a pulse.
 const CARRIES: f64 = 0.03;
 
-/// Length in s at which the close-up of a pulse with PWM ends, unless its first [`GATES`] gate edges take longer.
+/// Length in s of the close-up of a pulse with PWM. The close-up is longer if the first [`GATES`] gate edges take longer.
 const LONGEST: f64 = 400e-6;
 /// Largest number of gate edges of a pulse without PWM.
 const GATES: usize = 12;
@@ -21,14 +21,14 @@ const BEFORE: f64 = 20e-6;
 /// Largest number of samples that are drawn as marks.
 const MOST_SAMPLES: usize = 400;
 
-/// A stretch of time with current: its begin and end in s, and the two phases with the largest currents at its peak.
+/// A period with current, from `from` to `to` in s. `phases` are the two phases with the largest currents at the peak.
 struct Pulse {
     from: f64,
     to: f64,
     phases: BTreeSet<usize>,
 }
 
-/// Returns the angle in rad that the detector found, plus as many whole turns as bring it nearest to the rotor's angle.
+/// Adds whole turns to the detector's angle so that the sum is nearest to the rotor's angle. All angles are in rad.
 fn near(estimate: f64, angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     estimate + turn * ((angle - estimate) / turn).round()
@@ -60,16 +60,16 @@ fn pulses(trace: &Trace) -> Vec<Pulse> {
     runs.filter(|run| carries(&run[0])).filter_map(pulse).collect()
 }
 
-/// Function that returns a value of a reading; none if no sensor sees the value.
+/// Function that returns one value of a reading. Returns none if no sensor measures the value.
 type Value<'a> = &'a dyn Fn(&Reading<f64>) -> Option<f64>;
 
-/// Returns the current in A of a phase in a reading; none if no sensor sees it.
+/// Returns the current of a phase in a reading, in A. Returns none if no sensor measures this current.
 fn seen(reading: &Reading<f64>, phase: Phase) -> Option<f64> {
     (reading.sensed[phase] != Sensed::Hidden).then_some(reading.current[phase])
 }
 
 impl Window<'_> {
-    /// Returns one value of the drive's samples within the window, with their times in the window's unit.
+    /// Returns one value of each of the drive's samples within the window, with the sample's time in the window's unit.
     fn samples(&self, value: Value<'_>) -> Vec<(f64, f64)> {
         let within = |(time, event): &(f64, Event)| match event {
             Event::Sample(reading) if (self.from..=self.to).contains(time) => {
@@ -80,7 +80,8 @@ impl Window<'_> {
         self.trace.events.iter().filter_map(within).collect()
     }
 
-    /// Adds one value of the samples to a panel as marks, if a sensor saw it and there are not too many samples.
+    /// Adds one value of the samples to a panel as marks. Adds nothing if no sensor measured the value, or if there are more than
+    /// [`MOST_SAMPLES`] samples.
     fn with_read(&self, panel: Panel, name: &str, style: Style, value: Value<'_>) -> Panel {
         let points = self.samples(value);
         if points.is_empty() || points.len() > MOST_SAMPLES {
@@ -100,8 +101,8 @@ impl Window<'_> {
         })
     }
 
-    /// Adds each trip of a comparator, and a line at its level from the begin of the command to the trip, over the
-    /// current that it watched.
+    /// Adds each trip of a comparator to the curve of the monitored current. A line at the comparator's level extends from the begin of the
+    /// command to the trip.
     fn with_trips(&self, mut panel: Panel, comparators: Comparators) -> Panel {
         let (mut command, mut trips) = (self.from, Vec::new());
         for (time, event) in &self.trace.events {
@@ -140,9 +141,9 @@ impl Window<'_> {
     }
 }
 
-/// Draws a whole detection and close-ups: one of the first pulse with current, and one of the first pulse on each other
-/// pair of phases. `conditions`: motor, method and errors; `comparators`: which current the comparators watch;
-/// `estimate`: the detector's angle in rad, if it found one.
+/// Draws a whole detection and close-ups. Each pair of phases has one close-up, which shows the first pulse with current on this pair.
+/// `conditions` names motor, method and errors. `comparators` states which current the comparators monitor. `estimate` is the detector's
+/// angle in rad, if one was found.
 pub fn detection(
     trace: &Trace,
     title: &str,
@@ -216,9 +217,9 @@ fn potentials(near: &Window<'_>, axis: Axis) -> Panel {
 /// Ratio of the longest to the shortest detection above which each panel has its own time axis.
 const UNLIKE: f64 = 4.0;
 
-/// Draws detections with several settings. The currents of each are drawn in its own panel, all on one scale. Common
-/// panels show the movement of the rotor, if it moved, and close-ups of the first pulse of each detection from its gate
-/// edge on, with the drives' samples.
+/// Draws detections with several settings. Each detection has a panel with its currents, and all these panels have the same scale. Common
+/// panels show the movement of the rotor, if it moved, and close-ups of each detection's first pulse. A close-up begins at the pulse's gate
+/// edge and contains the drive's samples.
 pub fn overlaid(runs: &[(String, Trace)], title: &str, subtitle: &str) -> Figure {
     let ends = || runs.iter().filter_map(|(_, trace)| trace.snapshots.last()).map(|s| s.time);
     let (longest, shortest) = (ends().fold(0.0, f64::max), ends().fold(f64::INFINITY, f64::min));
@@ -250,8 +251,7 @@ pub fn overlaid(runs: &[(String, Trace)], title: &str, subtitle: &str) -> Figure
     Figure::new(title, subtitle, height, panels)
 }
 
-/// Draws the first pulse of each run, in the phase that has the largest current in the first run: a curve and marks for
-/// each run.
+/// Draws the first pulse of each run as a curve with marks. The curve shows the phase with the largest current in the first run.
 fn first_pulses(runs: &[(String, Trace)]) -> Option<Panel> {
     let firsts: Vec<(usize, Pulse)> = runs
         .iter()

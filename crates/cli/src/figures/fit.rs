@@ -4,7 +4,7 @@ use standstill_fit::Trace;
 use standstill_fit::record::CHANNELS;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
-/// Largest number of points drawn for a channel; more would only make the file larger.
+/// Largest number of points of a channel in the figure. More points would only make the file larger.
 const MOST_POINTS: usize = 4000;
 
 /// Names and styles of the channels.
@@ -15,14 +15,14 @@ const CURRENTS: [(&str, Style); CHANNELS] = [
     ("i_link", Style::Purple),
 ];
 
-/// Traces drawn one after the other, and the unit of the time axis in s.
+/// Traces that the figure shows one after the other, and the unit of the time axis in s.
 struct Rows<'a> {
     traces: &'a [Trace],
     unit: f64,
 }
 
 impl Rows<'_> {
-    /// Returns the times of all rows in the axis's unit; traces from different files are placed one after the other.
+    /// Returns the times of all rows in the unit of the axis. Traces from different files follow each other.
     fn times(&self) -> Vec<f64> {
         let mut times: Vec<f64> = Vec::new();
         let (mut origin, mut before) = (None, f64::NEG_INFINITY);
@@ -38,8 +38,8 @@ impl Rows<'_> {
         times
     }
 
-    /// Returns the points of channel `k`, in A over time, with a gap after each trace; `thin`: at most about
-    /// [`MOST_POINTS`].
+    /// Returns the points of channel `k`, in A over time, with a gap after each trace. If `thin` is true, returns at most about
+    /// [`MOST_POINTS`] points.
     fn channel(
         &self,
         k: usize,
@@ -94,8 +94,8 @@ impl Rows<'_> {
     }
 }
 
-/// Draws the measured and simulated currents of all pulses and their residuals, and a close-up of the pulse with the
-/// largest current. `expected`: rms in A of the residuals that noise and converters alone would leave.
+/// Draws the measured and simulated currents of all pulses and their residuals, and a close-up of the pulse with the largest current.
+/// `expected` is the rms in A of the residuals that noise and A/D converters cause by themselves.
 pub fn fit(traces: &[Trace], expected: f64, title: &str, subtitle: String) -> Figure {
     let largest = |trace: &Trace| trace.simulated.iter().flatten().map(|i| i.abs()).fold(0.0, f64::max);
     let close =

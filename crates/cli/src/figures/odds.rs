@@ -5,13 +5,13 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
 use super::parts::ends;
 
-/// Magnitude, in the unit of the order parameter (the event's quantity, such as the axis error), below which all values
-/// count as zero and the axis has a fixed width.
+/// Magnitude below which all values count as zero, so that the axis gets a fixed width. Its unit is that of the order parameter, the
+/// event's quantity such as the axis error.
 const LEAST: f64 = 1e-9;
 
-/// Draws the probability that the event's order parameter exceeds a value, one curve for each run of subset simulation,
-/// and the event's probability with its interval. For a likely event, the curve is the estimate from plain trials on
-/// both sides of the event. `in_sectors`: whether answers of starts are sectors.
+/// Draws the probability that the event's order parameter exceeds a value, and the event's probability with its interval. Each run of
+/// subset simulation has one curve. For a likely event, the curve is an estimate from ordinary trials and covers values on both sides of
+/// the event. `in_sectors` is true if answers are sectors.
 pub fn odds(odds: &Odds, event: Event, in_sectors: bool, subtitle: String) -> Figure {
     let values = odds.runs.iter().flat_map(|run| run.curve.iter().map(|(value, _)| event.bound() + value));
     let (low, high) = ends(values.chain([event.bound()]));

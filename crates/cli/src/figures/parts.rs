@@ -11,12 +11,12 @@ pub fn ends(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
     usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
 }
 
-/// A window of a waveform between two times in s, drawn with an axis in ms or µs.
+/// A window of a waveform between two times in s. The time axis is in ms or µs.
 pub struct Window<'a> {
     pub trace: &'a Trace,
     pub from: f64,
     pub to: f64,
-    /// Time in s at the zero of the axis; `unit`, the next field, is the axis's unit in s.
+    /// Time in s at the zero of the axis. The next field, `unit`, is the unit of the axis in s.
     pub origin: f64,
     pub unit: f64,
 }
@@ -59,8 +59,8 @@ impl Window<'_> {
         Panel { weight: 0.7, ..Panel::new(axis, Axis::new("")) }.with(Layer::Lanes { lanes, categories })
     }
 
-    /// Returns all conduction modes, without the reverse ones if no leg has them in this window: the channel of a
-    /// MOSFET conducts in both directions, an IGBT never backwards.
+    /// Returns all conduction modes for the legend. Omits the reverse modes if no leg has them in this window. Only MOSFETs have reverse
+    /// modes, because their channel conducts in both directions.
     pub fn categories(&self) -> Vec<Conduction> {
         let seen = |mode: &Conduction| self.snapshots().any(|s| s.modes.contains(mode));
         let backwards =
@@ -68,8 +68,8 @@ impl Window<'_> {
         Conduction::ALL.into_iter().filter(|mode| !backwards(mode) || seen(mode)).collect()
     }
 
-    /// Returns the intervals of one conduction mode of leg `k`: begin and end in the axis's unit, and the mode's index
-    /// in [`Window::categories`].
+    /// Returns the intervals of time in which leg `k` keeps one conduction mode. Each entry contains the begin and the end in the unit of
+    /// the axis, and the mode's index in [`Window::categories`].
     pub fn spans(&self, k: usize) -> Vec<(f64, f64, usize)> {
         let categories = self.categories();
         let category = |mode| categories.iter().position(|known| *known == mode).unwrap_or(0);

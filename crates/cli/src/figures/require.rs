@@ -9,8 +9,8 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, cell_edges};
 
 use crate::shell::values::{scale as scale_of, scale_of_key};
 
-/// Makes the axis of a key, logarithmic if all values are positive, in one unit that suits `typical` or, without it,
-/// the largest value.
+/// Makes the axis of a key. The axis is logarithmic if all values are positive. Its unit suits `typical` or, if that is none, the largest
+/// value.
 fn axis(key: &str, values: impl Iterator<Item = f64>, typical: Option<f64>) -> (Axis, Scale) {
     let values: Vec<f64> = values.collect();
     let largest =
@@ -33,13 +33,13 @@ fn latest(judged: &[Judged]) -> Vec<&Judged> {
     latest
 }
 
-/// Smallest ratio of a measure to its limit that is drawn at its value. Smaller ones are drawn as upper limits, because
-/// they would stretch the axis over many decades.
+/// Smallest ratio of a measure to its limit that is shown at its value. Smaller ratios would stretch the axis over many decades, so they
+/// are shown as upper limits.
 const LEAST: f64 = 0.01;
 
-/// Returns the axis range of the measures relative to their limits. It contains the values, the upper limits of shares
-/// without an observed event, and the upper ends of intervals. Lower ends are cut off, because for a share with a
-/// single event they are near zero.
+/// Returns the axis range of the measures relative to their limits. The range contains the values, the upper ends of intervals, and the
+/// upper limits of shares without an observed event. The range need not contain lower ends of intervals, because a share with a single
+/// event has one near zero.
 fn shown(limits: &Limits, judged: &[&Judged]) -> (f64, f64) {
     let each = judged.iter().flat_map(|judged| {
         judged.measures.iter().zip(&limits.0).map(|(estimate, limit)| (judged.clear, estimate, limit))
@@ -54,7 +54,7 @@ fn shown(limits: &Limits, judged: &[&Judged]) -> (f64, f64) {
     (low / 1.5, high * 1.5)
 }
 
-/// Draws the measures of a requirement over the values of its key, with their limits.
+/// Draws the measures of a requirement, and their limits, over the values of the key.
 pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, subtitle: String) -> Figure {
     let judged = latest(judged);
     let edges = match found {
@@ -120,7 +120,8 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
     Figure::new(format!("What {key} must be"), subtitle, 480, [panel])
 }
 
-/// Draws the trade-off curve of two keys: for each value of the first, the edge of the second up to which limits hold.
+/// Draws the trade-off curve of two keys. For each value of the first key, the curve shows the value of the second key up to which the
+/// limits hold.
 pub fn tradeoff(keys: [&str; 2], points: &[Point], limits: &str, subtitle: String) -> Figure {
     let (mut x, first) = axis(keys[0], points.iter().map(|point| point.first), None);
     let places: Vec<f64> = points.iter().map(|point| first.number(point.first)).collect();

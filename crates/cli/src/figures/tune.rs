@@ -8,7 +8,8 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 use super::parts::ends;
 use crate::shell::values::scale;
 
-/// Draws the minimised measure over another one: all settings tried, the Pareto front, initial and best settings.
+/// Draws the minimised measure over another measure, with all settings that were tried, the Pareto front, and the initial and the best
+/// settings.
 pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
     let measures = [asked.against, asked.goal.minimise];
     let largest = |measure: Measure| {
@@ -111,10 +112,10 @@ fn absent(what: &str, has: Estimate, unit: &str, [against, measure]: [Measure; 2
     format!("{what}{said}: not drawn, too many starts without an answer to have a {against}")
 }
 
-/// Position in the figure: x, y, and the ends of the interval of y.
+/// Position in the figure: x, y, and the two ends of the interval of y.
 type Place = (f64, f64, f64, f64);
 
-/// Returns the note that initial and best settings have the same x. The figure then shows the gain, but not its cost.
+/// Returns a note if the initial and the best settings have the same x. The figure then shows the improvement, but not its cost.
 fn alike(start: Option<Place>, best: Option<Place>, against: Measure) -> Option<String> {
     let (start, best) = start.zip(best)?;
     let alike = start != best && (start.0 - best.0).abs() <= 1e-6 * best.0.abs();
@@ -140,7 +141,7 @@ mod tests {
 
     use super::*;
 
-    /// Rms and duration of settings.
+    /// Rms error and duration of settings.
     fn judged(rms: [f64; 3], duration: f64) -> Judged {
         let [value, low, high] = rms;
         let of = |value| Estimate { value, low: value, high: value };

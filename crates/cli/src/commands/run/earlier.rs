@@ -24,17 +24,17 @@ pub struct Found {
     pub rows: Earlier,
     /// Statistics of earlier runs without rows.
     pub tallies: Vec<Tallied>,
-    /// Number of trials of the longest of these runs.
+    /// Number of trials of the longest earlier run.
     pub trials: u64,
     /// Total number of trials of the finished run in the folder; none if there is no finished run.
     finished: Option<u64>,
-    /// Journals that are no longer needed once the longer run is done.
+    /// Journals that are removed when the new, longer run is complete.
     journals: Vec<PathBuf>,
 }
 
 impl Found {
-    /// Finds the rows and statistics in a folder that come from a run of the same scenario with fewer trials. If the journal of such a run
-    /// has the name of the new journal, the old journal is renamed.
+    /// Finds the rows and statistics of earlier runs in a folder: runs of the same scenario with fewer trials. If an earlier journal has
+    /// the name of the new journal, renames the earlier one.
     pub fn of(folder: &Path, identity: &Identity) -> Result<Self, Error> {
         let mut found = Self::default();
         let journal = folder.join(identity.shard.file_name());
@@ -65,7 +65,8 @@ impl Found {
         Ok(found)
     }
 
-    /// Adds the rows or statistics of a journal that contains the first trials of this run. Returns false if it does not contain them.
+    /// Adds the rows or statistics of a journal that contains the first trials of this run. Returns false if the journal does not contain
+    /// these trials.
     fn journal(&mut self, path: &Path, identity: &Identity) -> Result<bool, Error> {
         let Some(earlier) = head(path).ok().filter(|earlier| earlier.begins(identity)) else {
             return Ok(false);
@@ -89,8 +90,8 @@ impl Found {
         Ok(true)
     }
 
-    /// Adds the rows of a finished run, for all trials that found an angle. For other trials the files contain the
-    /// reasons only as words, so these trials run again.
+    /// Adds those rows of a finished run whose trials found an angle. All other trials run again, because the files contain the reasons of
+    /// failures only as words.
     fn files(&mut self, folder: &Path, identity: &Identity) -> Result<(), Error> {
         let Ok(summary) = SummaryFile::read(folder) else { return Ok(()) };
         if !summary.run.begins(identity) {
@@ -120,7 +121,7 @@ impl Found {
         Ok(())
     }
 
-    /// Returns the sentence on the run that was extended. Call it after the new files are in place.
+    /// Returns a sentence about the run that was extended. Call this function after the new files are in place.
     pub fn said(&self, folder: &Path) -> String {
         let now = SummaryFile::read(folder).ok().map(|summary| summary.trials());
         match (self.finished, now) {
@@ -147,11 +148,11 @@ fn is_of(reader: &Reader, run: &Identity) -> bool {
     run.metadata().iter().all(|(key, value)| reader.metadata.get(key) == Some(value))
 }
 
-/// Extension of a renamed journal; it follows the number of trials.
+/// Extension of the name of a renamed journal. The number of trials precedes it.
 const EARLIER: &str = "earlier";
 
-/// Reads the rows of trials that found an angle, with the indices of their points, in a separate thread. A reading
-/// error ends the rows.
+/// Reads the rows of trials that found an angle, each with the index of its sweep point, in a separate thread. After a read error no more
+/// rows follow.
 fn found(reader: Reader) -> Receiver<Vec<(usize, Row)>> {
     let (to, from) = sync_channel(WAITING);
     std::thread::spawn(move || {

@@ -88,7 +88,7 @@ impl Workers {
         free.map_or_else(|| Worker::new(&self.scenario), Ok)
     }
 
-    /// Lets a worker check that detectors can be made at all points. Returns the error that the worker reports.
+    /// Has a worker check that a detector can be made at each sweep point. Returns the error that the worker reports.
     fn check(&self) -> Result<(), FileError> {
         let refused = |key: &str, message: String| FileError::Key {
             place: String::new(),
@@ -142,7 +142,7 @@ fn described(path: &Path) -> Result<Description, LoadError> {
 /// Request to a worker: the first line of its input.
 #[derive(Serialize, Deserialize)]
 enum Request {
-    /// Describe the library at a path; `limit`: longest allowed time of a call.
+    /// Describe the library at a path. `limit` is the longest allowed time of a call.
     Inspect { path: PathBuf, limit: Duration },
     /// Run trials of a scenario: the path of its file, and its text with all changes.
     Run { path: PathBuf, text: String },
@@ -151,7 +151,7 @@ enum Request {
 /// Reply of a worker.
 #[derive(Debug, Serialize, Deserialize)]
 enum Reply {
-    /// The scenario is loaded and a detector could be made; with the digests of the files that the worker reads.
+    /// The scenario is loaded, and a detector could be made. The reply contains the digests of the files that the worker reads, by path.
     Ready(BTreeMap<String, String>),
     /// Description of the library, or the reason why the file cannot be the detector.
     Described(Result<Description, LoadError>),
@@ -164,7 +164,7 @@ enum Reply {
 }
 
 impl Reply {
-    /// Returns the text of an error reply; another reply is unexpected here and becomes an error text, too.
+    /// Returns the text of an error reply. Any other reply is unexpected and is converted to an error text.
     fn text(self) -> String {
         if let Self::Error(text) = self { text } else { format!("an answer out of turn: {self:?}") }
     }
@@ -176,7 +176,7 @@ fn line(message: &impl Serialize) -> String {
 }
 
 impl Worker {
-    /// Starts a worker; `first`: the first line of its input.
+    /// Starts a worker. `first` is the first line of the worker's input.
     fn new(first: &str) -> std::io::Result<Self> {
         let mut child = Command::new(std::env::current_exe()?)
             .arg("worker")
@@ -191,7 +191,7 @@ impl Worker {
         Ok(Self { child, input, output: BufReader::new(output) })
     }
 
-    /// Reads the worker's next answer; none if the process ends before it.
+    /// Reads the worker's next reply. Returns none if the process ends first.
     fn answer(&mut self) -> Option<Reply> {
         let mut line = Vec::new();
         loop {
@@ -217,7 +217,7 @@ impl Worker {
         Ok(())
     }
 
-    /// Requests a trial and returns the answer; none if the process ends before it answers.
+    /// Requests a trial from the worker and returns the reply. Returns none if the process ends first.
     fn ask(
         &mut self,
         files: &BTreeMap<String, String>,
@@ -343,7 +343,7 @@ fn digests(plan: &Plan) -> BTreeMap<String, String> {
     plan.files().into_iter().map(|(path, digest)| (path, digest.to_string())).collect()
 }
 
-/// Makes this process end if a call of the library crashes or takes too long; `limit`: longest allowed time of a call.
+/// Makes this process end if a call of the library crashes or takes longer than `limit`.
 fn isolate(limit: Duration) {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     standstill_foreign::isolate(limit);

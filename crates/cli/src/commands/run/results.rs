@@ -33,10 +33,10 @@ pub struct Results {
     files: Vec<String>,
 }
 
-/// Key that sets the width of the sectors in which a detector answers; with the default of 0 answers are angles.
+/// Key of the width of a detector's sectors. With the default 0, answers are angles instead of sectors.
 const SECTOR: &str = "detector.sector";
 
-/// Statistics of the points of a sweep, built from rows that come point by point.
+/// Statistics of all sweep points. Rows are added point by point.
 pub struct Points {
     axes: Vec<AxisColumn>,
     coordinates: Vec<Point>,
@@ -75,14 +75,14 @@ impl Points {
         self.axes.iter().map(|AxisColumn(column)| column.clone()).chain(trial_columns(self.in_sectors))
     }
 
-    /// Returns the cells of a row in the order of `columns`; `point`: index of the row's point.
+    /// Returns the cells of a row, in the order of `columns`. `point` is the index of the row's sweep point.
     pub fn cells<'r>(&self, point: usize, row: &'r Row) -> Vec<Cell<'r>> {
         let values = self.axes.iter().zip(&self.coordinates[point].values);
         let axes = values.map(|(axis, (_, value))| axis.value(value));
         axes.chain(trial_values(row, self.in_sectors)).collect()
     }
 
-    /// Adds a row to the statistics of its point. All rows of a point must come one after the other.
+    /// Adds a row to the statistics of a sweep point. All rows of one point must be added before the rows of the next point.
     pub fn add(&mut self, point: usize, row: &Row) {
         if self.axes.is_empty() {
             self.all.add_row(row);
@@ -97,7 +97,7 @@ impl Points {
         }
     }
 
-    /// Ends the point to which rows were added last. Call it after the last row.
+    /// Completes the statistics of the last sweep point. Call this function after the last row.
     pub fn close(&mut self) {
         if let Some((point, statistics)) = self.current.take() {
             self.done(point, &statistics);
@@ -115,7 +115,7 @@ impl Points {
 }
 
 impl Results {
-    /// Writes the files of a run from its complete journals; none if interrupted.
+    /// Writes the files of a run from its complete journals. Returns none if interrupted.
     pub fn write(options: &Options, shards: &Shards, stop: &AtomicBool) -> Result<Option<Self>, Error> {
         let identity = &shards.identity;
         let mut points = Points::of(identity)?;
@@ -172,7 +172,7 @@ impl Results {
         Ok(Some(results))
     }
 
-    /// Writes the summary beside the table of trials, if there is one, and moves the files into place.
+    /// Writes the summary and moves it into place, together with the table of trials if one was written.
     pub fn finish(
         options: &Options,
         output: Option<Output>,
@@ -202,8 +202,8 @@ impl Results {
         Ok(Self { summary, json, files })
     }
 
-    /// Returns the number of starts without an answer, and the most frequent reason, in words. None if at most 1 % of the starts have no
-    /// answer, or for a sweep.
+    /// Returns in words the number of starts without an answer and the most frequent reason. Returns none for a sweep, and if at most 1 %
+    /// of the starts have no answer.
     fn unanswered(&self) -> Option<String> {
         let all = self.summary.summary.as_ref()?;
         let without = all.undetermined + all.failed;
@@ -215,7 +215,7 @@ impl Results {
         Some(format!("{without} of {} starts have no answer ({reason}{most}).", all.trials))
     }
 
-    /// Returns the report, as text or as JSON; `check`: the command that looks for settings with which starts have an answer.
+    /// Returns the report as text or as JSON. `check` is the command that searches for settings with which starts have an answer.
     pub fn report(self, options: &Options, check: Option<&str>) -> Report {
         let unanswered = self.unanswered();
         let Self { summary: file, json, files } = self;

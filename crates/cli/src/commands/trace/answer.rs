@@ -15,7 +15,7 @@ use crate::commands::question::{Identity, given, setting};
 use crate::commands::waveforms;
 use crate::error::Error;
 
-/// A trial with its scenario, its result, and its specimen.
+/// A trial with its scenario, its result, and its randomly drawn parameters.
 pub struct Traced<'a> {
     pub options: &'a Options,
     pub plan: &'a Plan,
@@ -61,7 +61,7 @@ impl Traced<'_> {
         Ok(answer.next("many starts like this one", format!("standstill run {}", self.again())))
     }
 
-    /// Returns the scenario of the trace with its keys and options, formatted for the command line of `standstill run`.
+    /// Returns the arguments of `standstill run` that describe the traced scenario: the scenario, the keys, and the options.
     fn again(&self) -> String {
         let Self { options, file, .. } = *self;
         let (keys, seed) = (&options.source.keys, Seed::default());

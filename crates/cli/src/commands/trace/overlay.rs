@@ -23,8 +23,7 @@ const MOST: usize = 6;
 /// A setting: a name that distinguishes it, such as `b = 2`, and all its keys with their values.
 pub type Setting = (String, Vec<(String, String)>);
 
-/// Returns all combinations of the keys that have a list of values; a single combination without a name if no key has a
-/// list.
+/// Returns all combinations of values of those keys that have a list. If no key has a list, returns a single setting without a name.
 pub fn settings(keys: &Keys) -> Result<Vec<Setting>, Error> {
     let mut all: Vec<Setting> = vec![(String::new(), Vec::new())];
     for (key, value) in &keys.set {
@@ -54,7 +53,7 @@ pub fn settings(keys: &Keys) -> Result<Vec<Setting>, Error> {
     Ok(all)
 }
 
-/// Returns true if a list is a single value of this key: the values of a sweep axis, the range of a fault's parameter, or the names of
+/// Returns true if the value of this key is itself a list: the values of a sweep axis, the range of a fault's parameter, or the names of
 /// checks.
 fn is_a_list(key: &str) -> bool {
     let ranges = ["magnitude", "resistance", "coupling", "command", "onset"];
@@ -89,7 +88,8 @@ fn list(text: &str) -> Option<Vec<String>> {
     Some(members.filter(|member| !member.is_empty()).collect())
 }
 
-/// Refuses settings that cannot be drawn in one figure: too many, equal ones, or options that need a single setting.
+/// Refuses settings that one figure cannot show: too many settings, equal settings, or several settings with an option that allows only
+/// one.
 fn check(options: &Options, settings: &[Setting]) -> Result<(), Error> {
     if settings.len() > MOST {
         return Err(Error::Arguments(format!(

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use standstill_scenario::{Plan, Single, specimen, written};
 use standstill_sim::{Case, RotorState};
 
-/// Returns the line that names the trial and, for a scenario with axes, its point and the values there.
+/// Returns a line that names the trial. For a scenario with sweep axes, the line also contains the sweep point and its values.
 pub fn heading(plan: &Plan, single: &Single) -> String {
     let values: Vec<String> = plan.points()[single.point]
         .values
@@ -21,14 +21,14 @@ pub fn heading(plan: &Plan, single: &Single) -> String {
     format!("trial {}{point}\n", single.trial)
 }
 
-/// Returns the index of a point, and its values as the scenario gives them, as JSON.
+/// Returns the index of a sweep point and the values of the sweep axes as JSON. The values are written as in the scenario.
 pub fn point_json(plan: &Plan, point: usize) -> Value {
     let values = plan.points()[point].values.iter();
     let values: Map<String, Value> = values.map(|(key, value)| (key.clone(), json!(value))).collect();
     json!({ "number": point, "values": values })
 }
 
-/// Returns the drawn values as JSON, in SI units; angles in degrees.
+/// Returns the random values of a trial as JSON. Angles are in degrees, all other values in SI units.
 pub fn json(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> Value {
     let Case { inverter, sensors, .. } = case;
     let tolerances: Map<String, Value> =
@@ -61,7 +61,7 @@ pub fn json(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> Value {
     })
 }
 
-/// Returns the drawn values as text.
+/// Returns the random values of a trial as text.
 pub fn text(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> String {
     let lines = specimen(case, drawn);
     let width = lines.iter().map(|(name, _)| name.len()).max().unwrap_or_default();

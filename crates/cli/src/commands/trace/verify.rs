@@ -13,10 +13,10 @@ use standstill_table::{Cell, Column, Format, Kind, Writer};
 
 use crate::answer::TableFile;
 
-/// Ratio of the referee's tolerance to the tolerance of the usual run.
+/// Ratio of the tolerance of the reference run to the tolerance of the usual run.
 const TIGHTER: f64 = 1e-3;
 
-/// The numerical error of a run, and the quantities compared to which the error must be small.
+/// The numerical error of a run, and the quantities with which the error is compared.
 pub struct NumericalError {
     /// Tolerance of the usual run in Wb.
     tolerance: f64,
@@ -24,9 +24,9 @@ pub struct NumericalError {
     samples: Vec<Pair>,
     /// Largest difference of the sampled phase currents in A.
     current: f64,
-    /// Difference of the axes in degrees, if both runs found one.
+    /// Difference of the axis angles in degrees. None unless both runs found an axis.
     angle: Option<f64>,
-    /// Difference of the polarity margins in A, if both runs have one.
+    /// Difference of the polarity margins in A. None unless both runs have a polarity margin.
     margin: Option<f64>,
     /// Polarity margin of the usual run in A.
     polarity_margin: Option<f64>,
@@ -34,20 +34,20 @@ pub struct NumericalError {
     noise: f64,
 }
 
-/// One sample in both runs: time in s, and phase currents in A.
+/// One sample of both runs, with the time in s and the phase currents in A.
 struct Pair {
     time: f64,
     usual: [f64; 3],
     tight: [f64; 3],
 }
 
-/// A run and its samples: time in s, and phase currents in A.
+/// A run and its samples. Each sample contains the time in s and the phase currents in A.
 type Attempt = (Run<f64>, Vec<(f64, [f64; 3])>);
 
-/// Runs the detection as usual, and with the referee at a tighter tolerance, both with the same draws.
+/// Runs the detection twice with the same random values: as usual, and as a reference with another solver (the referee) and a tighter
+/// tolerance.
 ///
-/// The converters are left out, because they would round both currents to the same code, or sometimes to neighbouring
-/// codes.
+/// Both runs omit the A/D converters. Converters would round the two currents to equal or to neighbouring codes and so hide the error.
 pub fn numerical_error(single: &Single) -> Result<NumericalError, SettingsError> {
     let scenario = &single.scenario;
     let attempt = |tolerance: Tolerance, refereed: bool| -> Result<Attempt, SettingsError> {
@@ -99,7 +99,7 @@ impl Pair {
 }
 
 impl NumericalError {
-    /// Returns each sample with the numerical error of its currents as a file; `of`: identity of its trial.
+    /// Returns a table with each sample and the numerical error of its currents. `of` is the identity of the trial.
     pub fn table<'a>(&'a self, of: &'a [(String, String)]) -> TableFile<'a> {
         let columns = ["t_s", "i_a_A", "i_b_A", "i_c_A", "error_a_A", "error_b_A", "error_c_A"];
         let rows = move |file: &mut (dyn Write + Send)| {

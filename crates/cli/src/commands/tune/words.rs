@@ -98,7 +98,7 @@ pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
     (tone, found)
 }
 
-/// Formats the limits with at most four digits. `(start)` marks a limit relative to the initial settings.
+/// Formats the limits with at most four digits. The mark `(start)` follows a limit that was computed with the initial settings.
 pub fn limits(asked: &Asked<'_>) -> String {
     let one = |limit: &Limit| {
         let scale = scale(limit.measure, limit.most);
@@ -110,7 +110,7 @@ pub fn limits(asked: &Asked<'_>) -> String {
     asked.goal.limits.0.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// Returns the details of the answer: the intervals, whether limits hold, and the extent of the search.
+/// Returns the details of the answer: intervals, met and broken limits, and the extent of the search.
 pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
     let minimise = asked.goal.minimise;
     let apart = tuned.differences.get(minimise);
@@ -166,7 +166,7 @@ pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
     details
 }
 
-/// Returns the word for the final settings: best, or nearest if they break limits.
+/// Returns the word for the final settings: `best` if the limits hold, `nearest` if not.
 pub fn last(tuned: &Tuned) -> &'static str {
     if tuned.is_found() { "best" } else { "nearest" }
 }
