@@ -35,7 +35,7 @@ pub use shell::host::Host;
 pub use shell::host::keywords::{choices, keywords};
 use shell::{command_line, host, terminal};
 
-/// Runs the program: carries out the command line of this process.
+/// Runs the program with the command line of this process.
 #[cfg(feature = "program")]
 pub fn main() -> ExitCode {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
@@ -68,7 +68,7 @@ pub fn main() -> ExitCode {
     }))
 }
 
-/// Returns whether a command's output is meant for programs: a script, a schema, a manual page, an example file.
+/// Returns true if a command's output is meant for programs, such as a script, a schema, a manual page or an example file.
 #[cfg(feature = "program")]
 fn prints_for_programs(command: &Command) -> bool {
     matches!(
@@ -163,8 +163,8 @@ fn arguments(words: impl IntoIterator<Item = OsString>) -> Result<Arguments, Err
     })
 }
 
-/// Returns the message for an option that only other commands have: it names the key that `-s` sets instead. None for
-/// other errors, and for options without a key.
+/// Returns the message for an option that only other commands have. The message names the key that `-s` can set instead. Returns none for
+/// other errors and for options without a key.
 fn as_key(error: &clap::Error) -> Option<String> {
     let ContextValue::String(option) = error.get(ContextKind::InvalidArg)? else { return None };
     let long = option.strip_prefix("--").filter(|_| error.kind() == ErrorKind::UnknownArgument)?;

@@ -10,15 +10,14 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Returns the phase whose leg is high while another leg is low, which makes the command a line pulse; none
-    /// otherwise.
+    /// Returns the phase of the high leg if the command is a line pulse, with one leg high and another leg low. Returns none otherwise.
     pub fn line(&self) -> Option<Phase> {
         let legs = self.command.stage.legs;
         let low = legs.0.contains(&Leg::Low);
         Phase::ALL.into_iter().find(|phase| low && legs[*phase] == Leg::High)
     }
 
-    /// Returns whether all legs are modulated, which makes the command a voltage vector.
+    /// Returns true if the command is a voltage vector, for which all legs are modulated.
     pub fn is_vector(&self) -> bool {
         matches!(self.command.stage.legs.0, [Leg::Duty(_), Leg::Duty(_), Leg::Duty(_)])
     }

@@ -29,26 +29,25 @@ use crate::shell::host;
 /// Name of the file with the summaries.
 pub const SUMMARY: &str = "summary.json";
 
-/// Name of the file that a run without rows writes so that it can be extended.
+/// Name of the file from which a run without rows can be extended.
 pub const STATISTICS: &str = "run.statistics";
 
 /// Content of `summary.json`.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct SummaryFile {
-    /// Identity of the run: all that its results depend on.
+    /// Identity of the run: everything on which the results depend.
     pub run: Identity,
-    /// Summary of all trials; none for a sweep, because a mean over its points would depend on the choice of the
-    /// points.
+    /// Summary of all trials. None for a sweep, because a mean over sweep points would depend on the choice of the points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub summary: Option<Summary>,
     /// The points of the sweep.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<PointSummary>,
-    /// Digests of the tables beside the summary; none for runs of versions without digests.
+    /// Digests of the tables in the summary's folder. None if an older version without digests wrote the summary.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tables: Option<Tables>,
-    /// Digest of this file without white space and without this member: see [`intact`]; none for runs of versions
-    /// without it.
+    /// Digest of this file without white space and without this member, as [`intact`] describes. None if an older version without digests
+    /// wrote the file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub digest: Option<String>,
 }
@@ -79,7 +78,7 @@ impl SummaryFile {
         Ok(file)
     }
 
-    /// Computes the digest, and returns the content of the file with it, as JSON.
+    /// Computes the digest and returns the content of the file, including the digest, as JSON.
     ///
     /// # Errors
     /// JSON cannot represent a number.
@@ -89,7 +88,7 @@ impl SummaryFile {
         Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 
-    /// Refuses a table beside this summary that was changed since it was written.
+    /// Refuses a table of this run that was changed after it was written.
     ///
     /// # Errors
     /// Errors of [`Tables::check`].
@@ -119,7 +118,7 @@ impl SummaryFile {
 }
 
 impl SummaryFile {
-    /// Returns the number of starts that name the wrong pole, in words; none if no start does, or if poles are not judged.
+    /// Returns in words the number of starts with the wrong pole. Returns none if there are no such starts or if poles are not judged.
     pub fn wrong_poles(&self) -> Option<String> {
         let wrong: u64 = self.each().map(|s| s.wrong_poles).sum();
         let is_judged = wrong > 0 && !self.run.pole_is_open;
@@ -129,8 +128,7 @@ impl SummaryFile {
         })
     }
 
-    /// Returns the sentence on a stop condition that was not reached before the trials ran out; none if there is no
-    /// such condition.
+    /// Returns a sentence if the run ended after its last trial without reaching the stop condition. Returns none otherwise.
     pub fn unreached(&self) -> Option<String> {
         let StopTable { rms, wrong_poles } = self.run.stop_at;
         let half = |e: &Estimate| (e.high - e.low) / 2.0;
@@ -151,9 +149,8 @@ impl SummaryFile {
     }
 }
 
-/// Refuses to replace the results of another run, or files that are not results of a run, except with `--force`. The
-/// same run may be repeated, because it writes the same results. If the run `extends` earlier results, it may replace
-/// them, because the new results contain all earlier trials.
+/// Refuses to replace the results of another run or other files, unless `--force` is given. The same run may be repeated, because it writes
+/// the same results. If the run `extends` earlier results, it may replace them, because the new results contain all earlier trials.
 ///
 /// # Errors
 /// The summary belongs to another run, or the file is not a summary.
@@ -173,7 +170,7 @@ pub fn guard(options: &Options, identity: &Identity, extends: bool) -> Result<()
     }
 }
 
-/// Returns whether results are written into files. A host program may want them only in memory.
+/// Returns true if results are written into files. A host program may request the results only in memory.
 pub fn files_wanted() -> bool {
     host::current().is_none_or(|host| host.files)
 }

@@ -26,7 +26,7 @@ pub enum Shipped {
     Paper,
 }
 
-/// Values of options that are shorthands for keys: option, key and value of each.
+/// Options that are shorthands for keys. Each entry contains the option, the key and the value.
 #[derive(Debug, Default)]
 #[must_use]
 pub struct Shorthands(Vec<(&'static str, &'static str, Value)>);
@@ -43,8 +43,8 @@ impl Shorthands {
         self.0.iter().map(|(option, key, _)| (*option, *key)).collect()
     }
 
-    /// Returns the keys that the options set, as text `-s KEY=VALUE` for a command without these options; `left_out`: a
-    /// key to leave out.
+    /// Returns the keys that the options set as a text of `-s KEY=VALUE`, for commands that do not have these options. The key `left_out`
+    /// is omitted.
     pub fn as_keys(&self, left_out: Option<&str>) -> String {
         let key = |(_, key, value): &(&str, &str, Value)| {
             set(key, &value.as_str().map_or_else(|| value.to_string(), str::to_owned))
@@ -107,8 +107,7 @@ pub fn document(source: &Source, shipped: Shipped, shorthands: Shorthands) -> Re
     changed(document, &source.keys, shorthands)
 }
 
-/// Returns the document for a command's argument MOTOR: that of a scenario file, or the default scenario with this
-/// motor.
+/// Returns the document for a command's argument MOTOR. It is the document of a scenario file, or the default scenario with this motor.
 pub fn of_motor(name: &str, keys: &Keys, shorthands: Shorthands) -> Result<Document, Error> {
     let path = Path::new(name);
     // An argument without an ending is a motor's name, known or not.
@@ -128,8 +127,8 @@ pub fn read(path: &Path) -> Result<Document, Error> {
     Ok(document)
 }
 
-/// If the document is empty, prints that the default scenario is used: a file without keys is valid, but the user may
-/// have meant a motor. `run` and `sweep` print the motor anyway.
+/// Prints that the default scenario is used if the document is empty. Such a file is valid, but the user may have meant a motor. `run` and
+/// `sweep` do not need this message, because they always print the motor.
 fn says_something(document: &Document, path: &Path) {
     if document.is_empty() && host::current().is_none() {
         let file = path.display();
@@ -143,8 +142,8 @@ fn named(motor: &str) -> Result<Document, Error> {
     changed(document, &Keys::default(), Shorthands::default().with("MOTOR", "motor", Some(motor)))
 }
 
-/// Reads a scenario without printing a message. Also returns whether the file is a motor: a built-in one, or a data
-/// sheet, which has a name or a nameplate unlike a scenario.
+/// Reads a scenario without printing a message. Also returns true if the file is a motor: a built-in motor or a data sheet. A data sheet
+/// differs from a scenario by its name or nameplate.
 pub fn read_either(path: &Path) -> Result<(Document, bool), Error> {
     let name = path.to_string_lossy();
     if !path.exists() && DataSheet::built_in_text(&name).is_some() {
@@ -160,8 +159,8 @@ pub fn read_either(path: &Path) -> Result<(Document, bool), Error> {
     Ok((document, false))
 }
 
-/// Returns a description of a file or folder that is neither scenario nor motor, with the command that reads it; none
-/// for other kinds of files.
+/// Describes a file or folder that is neither a scenario nor a motor, and names the command that reads it. Returns none if no command reads
+/// this kind of file.
 fn named_otherwise(path: &Path) -> Option<String> {
     if path.join("summary.json").exists() {
         return Some(format!("the folder of a run; `standstill report {}` shows it", path.display()));
@@ -182,7 +181,7 @@ fn named_otherwise(path: &Path) -> Option<String> {
     })
 }
 
-/// Parses a file that may be a scenario or a motor; a host may have its text instead.
+/// Parses a file that may be a scenario or a motor. If the host program supplies the text, the file is not read.
 fn text_of(path: &Path) -> Result<Document, Error> {
     if let Some(host) = host::current()
         && let Some(text) = host.text(path)
@@ -227,8 +226,8 @@ pub fn changed(mut document: Document, keys: &Keys, shorthands: Shorthands) -> R
     Ok(document)
 }
 
-/// Converts the path of a motor that an option names: it is relative to the working directory, but a path in a document
-/// is relative to the document's folder.
+/// Converts the path of a motor from an option to a path for a document. The path in an option is relative to the working directory, and
+/// the path in a document is relative to the document's folder.
 fn from_here(name: &str, document: &Document) -> String {
     let elsewhere =
         !document.files().folder().as_os_str().is_empty() && DataSheet::built_in_text(name).is_none();
@@ -236,8 +235,8 @@ fn from_here(name: &str, document: &Document) -> String {
     path.map_or_else(|| name.to_owned(), |path| path.to_string_lossy().into_owned())
 }
 
-/// Converts the path of a library that an option names: relative to the document's folder if the library is below it,
-/// else absolute.
+/// Converts the path of a library from an option to a path for a document. The new path is relative to the document's folder if the library
+/// is inside this folder, and absolute otherwise.
 fn library_from_here(library: &Path, document: &Document) -> String {
     let path = std::path::absolute(library).unwrap_or_else(|_| library.to_owned());
     let folder = std::path::absolute(document.files().folder()).or_else(|_| std::env::current_dir());

@@ -20,14 +20,14 @@ pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Makes a pool of this many worker threads; none: as many as the machine has processors.
+/// Makes a pool of this many worker threads. None stands for the number of processors.
 pub fn workers(threads: Option<usize>) -> Result<rayon::ThreadPool, Error> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
     pool.map_err(|error| Error::Threads(format!("no worker threads: {error}")))
 }
 
-/// Exit code if the answer is neither yes nor no: trials did not suffice to show a requirement, or no start gave an
-/// answer that the question could be about.
+/// Exit code if the answer is neither yes nor no. Either the number of trials did not suffice to show a requirement, or the question needs
+/// starts with an answer and there were none.
 pub const NOT_SHOWN: u8 = 3;
 
 /// The text that a command prints, with its exit code.
@@ -35,6 +35,7 @@ pub const NOT_SHOWN: u8 = 3;
 pub struct Report {
     /// Text for standard output.
     pub text: String,
-    /// Exit code: 0 for success; 1 if the answer is no or a trial could not be simulated; 3 if it cannot be shown; 130 if interrupted.
+    /// Exit code. 0 means success. 1 means that the answer is no, or that a trial could not be simulated. 3 means that the answer is
+    /// neither yes nor no. 130 means an interruption.
     pub code: u8,
 }

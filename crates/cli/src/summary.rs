@@ -10,7 +10,7 @@ use standstill_report::page::{Block, Column, Section, Table, Tone};
 
 use crate::results::SummaryFile;
 
-/// Formats a number with this many decimals; a dash for not-a-number.
+/// Formats a number with `digits` decimals. Returns a dash for not-a-number.
 pub fn number(value: f64, digits: usize) -> String {
     if value.is_nan() { "–".to_owned() } else { format!("{value:.digits$}") }
 }
@@ -20,14 +20,14 @@ fn percent(probability: &Estimate) -> String {
     probability.times(100.0).to_string()
 }
 
-/// Returns the number of decimals for a share in per cent: as many as its interval supports, and no more than one start
-/// more or less would change.
+/// Returns the number of decimals for a share in per cent. The share's interval must support all decimals, and one start more or less must
+/// change the last decimal or a digit before it.
 fn share_decimals(of: &Estimate, starts: u64) -> usize {
     let one = magnitude(100.0 / starts as f64).map_or(0, |m| usize::try_from(-m).unwrap_or(0));
     one.min(of.times(100.0).decimals())
 }
 
-/// Formats a count as a probability in per cent; a count of zero gets its upper limit.
+/// Formats the probability of counted events in per cent. For a count of zero, formats the upper limit of the probability.
 pub fn share(count: u64, probability: &Estimate) -> String {
     let Estimate { value, high, .. } = *probability;
     if count == 0 {
@@ -47,12 +47,13 @@ pub fn share_of(share: f64, starts: u64) -> String {
     format!("{:.decimals$}", 100.0 * share)
 }
 
-/// Returns the share of right answers: starts with an angle and the right pole.
+/// Returns the share of right answers. A right answer has an angle and the right pole.
 pub fn right(s: &Summary) -> f64 {
     s.found.saturating_sub(s.wrong_poles) as f64 / s.trials as f64
 }
 
-/// Returns the share of correct starts: those answered rightly, or those with an axis if poles are not judged (`open`).
+/// Returns the share of correct starts. A correct start has the right answer. If `open` is true, poles are not judged, and each start with
+/// an axis is correct.
 pub fn good(s: &Summary, open: bool) -> f64 {
     if open { s.axes as f64 / s.trials as f64 } else { right(s) }
 }
@@ -66,7 +67,7 @@ pub fn good_interval(s: &Summary, open: bool) -> String {
     format!("{value} [{low}, {high}]")
 }
 
-/// Returns the column title for the share of correct starts; `open`: poles are not judged.
+/// Returns the column title for the share of correct starts. `open` is true if poles are not judged.
 pub const fn good_heading(open: bool) -> &'static str {
     if open { "axis" } else { "right" }
 }
@@ -74,32 +75,32 @@ pub const fn good_heading(open: bool) -> &'static str {
 /// Share of starts without a right answer above which a point counts as failing, however small its error.
 pub const FAILING: f64 = Demands::DEFAULT.without_angle;
 
-/// Share of right answers above which the share is not mentioned, because nearly all starts are answered rightly.
+/// Share of right answers above which texts omit the share, because nearly all starts have the right answer.
 pub const GOOD: f64 = 0.999;
 
-/// Order of the points, the best first.
+/// Order of the sweep points from best to worst.
 #[derive(Clone, Copy, Debug)]
 pub struct Ranking {
-    /// Whether poles are not judged.
+    /// True if only axes are judged, not poles.
     open: bool,
-    /// Whether answers are sectors at some points and angles at others. The error beyond a sector and the error of an
-    /// angle cannot be compared.
+    /// True if answers are sectors at some points and angles at other points. The error beyond a sector and the error of an angle cannot be
+    /// compared.
     mixed: bool,
 }
 
 impl Ranking {
-    /// Returns the order for points with these summaries; `open`: poles are not judged.
+    /// Returns the order for points with these summaries. `open` is true if poles are not judged.
     pub fn of<'a>(summaries: impl Iterator<Item = &'a Summary> + Clone, open: bool) -> Self {
         let with_axes = summaries.filter(|s| s.axes > 0);
         let sectors = with_axes.clone().filter(|s| s.sectors.is_some()).count();
         Self { open, mixed: sectors > 0 && sectors < with_axes.count() }
     }
 
-    /// Compares two points in several stages. First by the share of correct starts, rounded to a tenth of a per cent so
-    /// that chance hardly changes it. If all answers are of one kind, then by the rms error. If angles and sectors are
-    /// mixed, then by the share of answers that miss their target, rounded likewise: an angle misses it by an error
-    /// above the limit, a sector by more than the limit beyond its border. Among equal points, angles come before
-    /// sectors, because they are more precise, and then the smaller rms error comes first.
+    /// Compares two points in several stages. The first stage compares the share of correct starts, rounded to a tenth of a per cent so
+    /// that chance hardly changes it. If all answers are angles or all are sectors, the second stage compares the rms error. If both kinds
+    /// occur, the second stage compares the share of answers with an error above the limit, rounded likewise. The error of a sector is
+    /// measured from its border. If these shares are equal, angles come before sectors, because they are more precise. The last stage is
+    /// then the rms error.
     pub fn compare(self, a: &Summary, b: &Summary) -> std::cmp::Ordering {
         let tenths = |share: f64| (1000.0 * share).round();
         let missed = |s: &Summary| tenths(1.0 - good(s, self.open));
@@ -113,7 +114,7 @@ impl Ranking {
             .then(known(a.rms_deg.value).total_cmp(&known(b.rms_deg.value)))
     }
 
-    /// Describes the stages of the comparison in words; `limit_deg`: limit of the error in degrees.
+    /// Describes the stages of the comparison in words. `limit_deg` is the limit of the error in degrees.
     pub fn in_words(self, limit_deg: f64) -> String {
         let did = if self.open { "with an axis" } else { "answered rightly" };
         if self.mixed {
@@ -127,8 +128,8 @@ impl Ranking {
     }
 }
 
-/// Returns the results of a run: its statistics or its points, and the reasons of starts without an answer. On a
-/// terminal, the reasons of a sweep's points are left out.
+/// Returns the results of a run: the statistics, or for a sweep the table of points, and the reasons of starts without an answer. For a
+/// sweep, a terminal does not show the reasons.
 pub fn sections(summary: &SummaryFile) -> Vec<Section> {
     let open = summary.run.pole_is_open;
     // Statistics over all points of a sweep would depend on how the axes were chosen: there are none.
@@ -194,9 +195,8 @@ pub fn figures(s: &Summary, open: bool) -> Table {
         )
 }
 
-/// Returns table lines on answers that are sectors, one for each position of the rotor relative to the named sector. If
-/// the rotor is in the next sector but within the limit of the border, the answer counts as right, because the readings
-/// of both sectors are alike there.
+/// Returns table lines on answers that are sectors. Each line counts one position of the rotor relative to the named sector. A rotor in the
+/// next sector, but within the limit of the border, counts as right, because both sectors have nearly equal readings near the border.
 fn sector_lines(of: &Sectors, limit_deg: f64) -> [(Tone, Vec<String>); 4] {
     let counted = |count: u64| share(count, &binomial_interval(count, of.named));
     let width = 2.0 * of.half_width_deg;

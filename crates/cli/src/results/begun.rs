@@ -21,15 +21,15 @@ pub struct Begun {
     pub scenario: String,
     /// The scenario with its keys and its seed, ready to be typed.
     pub line: String,
-    /// The whole command line, without `--resume` and `--force`.
+    /// The complete command line without the options `--resume` and `--force`.
     pub typed: String,
-    /// The command that looks for settings with which starts have an answer; none if that command cannot judge such a
-    /// run, say one with a detector library.
+    /// The command that searches for settings with which starts have an answer. None if this command cannot judge the run, for example a
+    /// run with a detector library.
     pub check: Option<String>,
 }
 
 impl Begun {
-    /// Writes the note into a folder of results; a host program has no command line to note.
+    /// Writes the note into a folder of results. Writes nothing in a host program, which has no command line.
     ///
     /// # Errors
     /// The note cannot be written.
@@ -49,7 +49,7 @@ impl Begun {
         let _ = std::fs::remove_file(folder.join(NOTE));
     }
 
-    /// Reads the note of a run; none if there is none, or if no file is at the scenario's path from this working
+    /// Reads the note of a run. Returns none if the note is missing, or if the scenario's path leads to no file from the present working
     /// directory.
     pub fn of(folder: &Path) -> Option<Self> {
         let begun: Self = serde_json::from_str(&read_text(&folder.join(NOTE)).ok()?).ok()?;

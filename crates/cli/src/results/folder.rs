@@ -21,13 +21,13 @@ pub struct FinishedRun {
     pub trials: PathBuf,
     pub summary: SummaryFile,
     pub file: ScenarioFile,
-    /// The only folder whose files the scenario may read; none: no restriction.
+    /// The only folder whose files the scenario may read. None allows all folders.
     pub fence: Option<PathBuf>,
 }
 
 impl FinishedRun {
-    /// Returns how the run's command line named its scenario. Without a note of that, returns a stand-in
-    /// (`scenario.toml`) and a remark that explains it.
+    /// Returns the scenario's name from the run's command line, which a note in the folder contains. Without this note, returns the
+    /// placeholder `scenario.toml` and a remark that explains the placeholder.
     pub fn begun(&self) -> (Begun, &'static str) {
         const STAND_IN: &str = "scenario.toml";
         if let Some(begun) = Begun::of(&self.folder) {
@@ -42,7 +42,8 @@ impl FinishedRun {
         (begun, " (scenario.toml: the run's own file, or the scenario on its page)")
     }
 
-    /// Returns the option of `run` for the format of the trials, with a leading space; empty for the default format.
+    /// Returns the option of `run` for the format of the table of trials, with a leading space. Returns an empty text for the default
+    /// format.
     pub fn format_option(&self) -> &'static str {
         let is_parquet = self.trials.extension().is_some_and(|ending| ending == "parquet");
         if is_parquet { " --format parquet" } else { "" }
@@ -65,8 +66,8 @@ fn no_trials(folder: &Path, needed: &[&str]) -> Error {
     Error::results(folder, found, needed)
 }
 
-/// Commands whose results are not a run: name of the command, the file by which its results are recognised, and their
-/// page.
+/// Commands whose results are not a run. Each entry contains the name of the command, a file that identifies the results, and the page of
+/// the results.
 const OTHERS: [(&str, &str, Option<&str>); 10] = [
     ("compare", "comparison.csv", Some("comparison.html")),
     ("faults", "faults.json", Some("faults.html")),
@@ -80,7 +81,7 @@ const OTHERS: [(&str, &str, Option<&str>); 10] = [
     ("trace", "waveform.csv", None),
 ];
 
-/// Returns the command whose results a folder contains, with their page.
+/// Returns the command whose results a folder contains, and the page of these results.
 fn answered(folder: &Path) -> Option<(&'static str, Option<PathBuf>)> {
     let (command, _, page) = OTHERS.into_iter().find(|(_, file, _)| folder.join(file).exists())?;
     Some((command, page.map(|page| folder.join(page)).filter(|page| page.exists())))
@@ -185,7 +186,7 @@ impl FinishedRun {
         Ok(Self { folder: folder.to_owned(), trials, summary, file, fence: None })
     }
 
-    /// Returns the error that the table of trials belongs to another run; `found`: what shows it.
+    /// Returns the error that the table of trials belongs to another run. `found` describes the evidence.
     pub fn foreign(&self, found: String) -> Error {
         Error::results(&self.trials, found, "the trials that summary.json beside it is of")
     }
@@ -219,7 +220,7 @@ impl FinishedRun {
         read.map_err(Error::Table)
     }
 
-    /// Reads the errors of all trials and keeps as many of them as can be drawn.
+    /// Reads the errors of all trials, and keeps only as many as a figure can show.
     pub fn cloud(&self) -> Result<ErrorCloud, Error> {
         let (mut cloud, mut complete) = (ErrorCloud::default(), true);
         let open = self.summary.run.pole_is_open;
@@ -240,8 +241,8 @@ impl FinishedRun {
     }
 }
 
-/// Reads the rows of a table of trials with the indices of their points. Missing numbers become not-a-number or none;
-/// the table has reasons only as text, without their kinds.
+/// Reads the rows of a table of trials with the indices of their points. Missing numbers become not-a-number or none. Reasons have no kind,
+/// because the table contains only their text.
 ///
 /// # Errors
 /// The table cannot be read to its end.

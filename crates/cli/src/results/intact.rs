@@ -16,7 +16,7 @@ fn squeezed(text: &str) -> String {
     text.chars().filter(|c| !c.is_ascii_whitespace()).collect()
 }
 
-/// Returns the digest of a summary's text that does not contain a digest yet.
+/// Returns the digest of a summary. The summary's text must not contain a digest yet.
 pub fn digest(text: &str) -> String {
     Digest::of(squeezed(text).as_bytes()).to_string()
 }
@@ -30,7 +30,7 @@ pub fn is_changed(text: &str) -> bool {
     squeezed(&digest(&format!("{before}{after}"))) != kept
 }
 
-/// Returns true if a summary file does not match its digest: see [`is_changed`].
+/// Returns true if [`is_changed`] is true for the text of a summary file.
 pub fn is_changed_file(path: &Path) -> bool {
     read_text(path).is_ok_and(|text| is_changed(&text))
 }
@@ -46,7 +46,7 @@ pub fn changed(path: &Path) -> Error {
     Error::results(path, found, needed)
 }
 
-/// Prints the note that a summary of an older version has no digest, so that changes of it cannot be detected.
+/// Prints a note that an older version wrote the summary without a digest, so that later changes cannot be detected.
 pub fn say_unsealed(folder: &Path) {
     tell(&format!(
         "{}: of a version that kept no digest of it, so nobody can tell whether it was changed since",

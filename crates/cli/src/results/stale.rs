@@ -9,7 +9,7 @@ use crate::shell::asked::rewrite;
 use crate::error::Error;
 use crate::shell::command_line::quoted;
 
-/// Pages in a run's folder: subfolder, file name, and the command that makes the page.
+/// Pages in a run's folder. Each entry contains the subfolder, the file name, and the command that makes the page.
 const PAGES: [(&str, &str, &str); 2] = [
     ("report", "report.html", "standstill report FOLDER"),
     ("report", "comparison.html", "standstill report FOLDER OTHER"),
@@ -28,7 +28,7 @@ fn pages(folder: &Path) -> Vec<(String, &'static str, String)> {
     pages
 }
 
-/// Text in a page before which the note is inserted; it begins the visible content.
+/// Text at the begin of a page's visible content. The note is inserted before this text.
 const BEFORE: &str = "<header class=\"top\">";
 
 /// Returns the note for a page whose run has been extended or replaced.
@@ -58,7 +58,7 @@ pub fn mark(folder: &Path) -> Result<Vec<String>, Error> {
     Ok(said)
 }
 
-/// Returns the options of `explain` that the name of its folder encodes; none for other names.
+/// Returns the options of `explain` that are encoded in the name of its folder. Returns none for other names.
 pub fn options_of(name: &str) -> Option<String> {
     let (of, point) = name
         .split_once("-point-")

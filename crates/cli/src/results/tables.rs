@@ -33,8 +33,8 @@ impl Tables {
         self.0.keys().map(String::as_str)
     }
 
-    /// Refuses a table that was changed since it was written. For a run of an older version without digests (`None`) a
-    /// message states that this cannot be checked.
+    /// Refuses a table that was changed since it was written. If the run has no digests (`None`), because an older version wrote it, a
+    /// message states that changes cannot be detected.
     ///
     /// # Errors
     /// The table was changed, cannot be read, or belongs to another run; the message explains how to restore it.

@@ -26,26 +26,26 @@ pub struct NotedQuestion {
     force: bool,
 }
 
-/// The stored form of a question: a text, and a digest of everything that the results depend on.
+/// The stored form of a question. It contains a text and a digest of everything on which the results depend.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Note {
     said: String,
     digest: String,
-    /// Files that answer the question, and the digest of each when it was written: `NEW` or, until the new file is in place,
-    /// `NEW; OLD`. Another command may have replaced a file since.
+    /// Files that answer the question, each with its digest. The digest is written as `NEW` or, until the new file has replaced an old one,
+    /// as `NEW; OLD`. Another command may have replaced a file later.
     files: BTreeMap<String, String>,
 }
 
 impl NotedQuestion {
-    /// Makes the question of a command about `of`; `said`: its text for people; `force`: whether the results of another
+    /// Makes the question of a command about `of`. `said` is the question as text for people. If `force` is true, results of another
     /// question are replaced.
     pub fn new(command: &'static str, said: String, of: &dyn Debug, force: bool) -> Self {
         let all = format!("{} {NUMERICS} {said} {of:?}", env!("CARGO_PKG_VERSION"));
         Self { command, question: Note { said, digest: digest(&all), files: BTreeMap::new() }, force }
     }
 
-    /// Makes the question of a command about a place, identified by the text alone: it stays the same when the content
-    /// of the place changes.
+    /// Makes the question of a command about a folder or file. Only the text identifies the question, so it stays the same if the content
+    /// of the folder or file changes.
     pub fn place(command: &'static str, said: String, force: bool) -> Self {
         let question = Note { digest: digest(&said), said, files: BTreeMap::new() };
         Self { command, question, force }
@@ -78,11 +78,10 @@ impl NotedQuestion {
         Err(Error::another("run", folder.join(first), &difference))
     }
 
-    /// Returns the new content of the folder's note ([`NOTE`]): the present one, with this question and the digests of
-    /// the files of these names added. `staged` returns the path of a file before it is moved to the folder.
+    /// Returns the new content of the folder's note ([`NOTE`]). It is the present content, with this question and the digests of the named
+    /// files added. `staged` returns the path of a file before it is moved to the folder.
     ///
-    /// # Errors
-    /// A file cannot be read, with its name.
+    /// # Errors A file cannot be read. The error contains the file's name.
     pub fn note(
         &self,
         folder: &Path,
@@ -116,7 +115,7 @@ fn content(path: &Path) -> Option<String> {
     Some(Digest::of_file(path).ok()?.to_string())
 }
 
-/// Returns the questions in a folder's note, by command; empty without a note.
+/// Returns the questions in a folder's note, by command. Returns an empty map if there is no note.
 fn kept(folder: &Path) -> BTreeMap<String, Note> {
     let text = read_text(&folder.join(NOTE)).unwrap_or_default();
     serde_json::from_str(&text).unwrap_or_default()
@@ -127,7 +126,7 @@ pub fn digest(text: &str) -> String {
     Digest::of(text.as_bytes()).to_string()
 }
 
-/// Replaces a file's content and updates its digest in the note, if the file was unchanged since its command wrote it.
+/// Replaces the content of a file. If the old content still was as its command wrote it, also updates the file's digest in the note.
 ///
 /// # Errors
 /// The note cannot be written.
@@ -149,8 +148,8 @@ pub fn rewrite(folder: &Path, name: &str, content: &[u8]) -> Result<(), Error> {
     replace(&path, content)
 }
 
-/// Returns the text with a file's digests: that of its new content, and that of the present content until it is
-/// replaced.
+/// Returns the text with a file's digests: the digest of the new content and, until the file is replaced, the digest of the present
+/// content.
 fn newest(new: String, present: Option<String>) -> String {
     match present.filter(|present| *present != new) {
         Some(present) => format!("{new}{OR}{present}"),
@@ -161,7 +160,7 @@ fn newest(new: String, present: Option<String>) -> String {
 /// Separates two digests of one file.
 const OR: &str = "; ";
 
-/// Returns whether one of a file's digests is this one.
+/// Returns true if a text of digests contains this digest.
 fn has(digests: &str, digest: &str) -> bool {
     digests.split(OR).any(|known| known == digest)
 }

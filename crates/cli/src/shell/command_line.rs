@@ -31,20 +31,19 @@ pub fn set_pair(pair: &str) -> String {
     format!(" -s {}", quoted(pair))
 }
 
-/// Returns this process's command line, ready to be typed again; empty in a host program.
+/// Returns this process's command line, quoted for a shell. Returns an empty text in a host program.
 pub fn typed() -> String {
     typed_of(None)
 }
 
-/// Returns the command line with which this process's run began: without `--resume` and `--force`.
+/// Returns this process's command line without the options `--resume` and `--force`.
 pub fn begun() -> String {
     let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
     let words = words.filter(|word| !["--resume", "--force"].contains(&word.as_str()));
     std::iter::once("standstill".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// Returns this process's command line, with the path of `scenario` replaced by `scenario.toml`; empty in a host
-/// program.
+/// Returns this process's command line, in which `scenario.toml` replaces the path of `scenario`. Returns an empty text in a host program.
 pub fn typed_of(scenario: Option<&Path>) -> String {
     if super::host::current().is_some() {
         return String::new();
@@ -56,12 +55,12 @@ pub fn typed_of(scenario: Option<&Path>) -> String {
     std::iter::once("standstill".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// Beginning of the name of an entry whose value is the digest of an option's file: see [`command`].
+/// Prefix of an entry's name if the entry's value is the digest of an option's file. [`command`] omits such entries.
 pub const DIGEST_OF: &str = "digest of ";
 
-/// Makes a command line of this program from a question's record of options and values. Several values of an option,
-/// joined by commas, repeat the option. An entry without a leading dash is the path of a further file, whose value, a
-/// digest, is left out; so are entries that begin with [`DIGEST_OF`].
+/// Makes a command line of this program from a question's record of options and values. Several values of an option, joined by commas,
+/// repeat the option. An entry without a leading dash is the path of a further file. Its value is a digest, which is omitted. Entries that
+/// begin with [`DIGEST_OF`] are omitted, too.
 pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'a String)>) -> String {
     let mut words = vec![format!("standstill {name} scenario.toml")];
     for (option, values) in options.into_iter().filter(|(option, _)| !option.starts_with(DIGEST_OF)) {
@@ -82,8 +81,8 @@ pub fn filled(template: &str, values: &[(&str, String)]) -> String {
     template.split('§').enumerate().map(|(k, part)| if k % 2 == 0 { part } else { value(part) }).collect()
 }
 
-/// Joins a message of several lines into one, drops the usage that the parser appends, and escapes control characters:
-/// a message quotes the content of files, which must not control the terminal.
+/// Joins the lines of a message, and removes the usage text that the parser appends. Escapes control characters, because a message can
+/// quote a file, whose content must not control the terminal.
 pub fn one_line(message: &str) -> String {
     let body = message.split("\n\nUsage:").next().unwrap_or(message);
     let body = body.split("\n\nFor more information").next().unwrap_or(body);

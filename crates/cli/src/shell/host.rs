@@ -42,15 +42,15 @@ thread_local! {
 /// ```
 #[derive(Debug, Default)]
 pub struct Host {
-    /// Name of the scenario on the command line, and its text, which is used instead of a file.
+    /// Name and text of the scenario. The text is used instead of a file if the command line has this name.
     pub scenario: Option<(PathBuf, String)>,
     /// Whether `run`, `sweep` and `trace` write their results into files in addition to [`Host::tables`]. The report of
     /// `trace` always contains its result as JSON.
     pub files: bool,
     /// Whether progress is shown on a terminal.
     pub bars: bool,
-    /// Detector of all scenarios, in place of their methods: its class as it is recorded with a run
-    /// (`module.Class@digest`), and the function that makes its objects.
+    /// Detector that replaces the methods of all scenarios. The text names its class, as recorded with a run (`module.Class@digest`). The
+    /// function makes objects of the class.
     pub detector: Option<(String, Arc<dyn Provider>)>,
     stop: Arc<AtomicBool>,
     bar: Mutex<Option<ProgressBar>>,
@@ -76,18 +76,18 @@ impl Host {
         work()
     }
 
-    /// Asks the command to end early; it keeps the results so far if it can.
+    /// Asks the command to end early. The command keeps its results so far if possible.
     pub fn stop(&self) {
         self.stop.store(true, Ordering::SeqCst);
     }
 
-    /// Returns the finished and the total number of trials or steps; none until the command knows them.
+    /// Returns the finished and the total number of trials or steps. Returns none until the command knows these numbers.
     pub fn progress(&self) -> Option<(u64, u64)> {
         let bar = locked(&self.bar).clone()?;
         Some((bar.position(), bar.length()?))
     }
 
-    /// Takes the tables of the results with their names; a second call returns an empty list.
+    /// Takes the tables of the results with their names. A second call returns an empty list.
     pub fn tables(&self) -> Vec<(String, Columns)> {
         std::mem::take(&mut locked(&self.tables))
     }
@@ -105,7 +105,7 @@ impl Host {
         locked(&self.tables).push((name.to_owned(), table));
     }
 
-    /// Stores a progress bar for [`Host::progress`], and hides the bar unless bars are to be shown.
+    /// Stores a progress bar for [`Host::progress`]. Hides the bar if progress is not shown on a terminal.
     pub(crate) fn watch(&self, bar: &ProgressBar) {
         if !self.bars {
             bar.set_draw_target(ProgressDrawTarget::hidden());

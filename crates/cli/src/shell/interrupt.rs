@@ -9,7 +9,7 @@ use crate::shell::terminal::tell;
 /// Exit code of a process ended by an interrupt: 128 + SIGINT.
 pub const INTERRUPTED: u8 = 130;
 
-/// Returns a flag that the first interrupt sets, for work that can be stopped with results. A second interrupt ends the
+/// Returns a flag that the first interrupt sets. Work that can keep its results so far checks this flag. A second interrupt ends the
 /// process at once and removes unfinished files.
 pub fn flag() -> Arc<AtomicBool> {
     if let Some(host) = host::current() {
@@ -24,8 +24,7 @@ pub fn flag() -> Arc<AtomicBool> {
     stop
 }
 
-/// Makes an interrupt end the process at once and remove unfinished files, for work that is too short for partial
-/// results.
+/// Makes an interrupt remove unfinished files and end the process at once. It is meant for short work without partial results.
 pub fn at_once() {
     handle(|| {
         output::abandon();
@@ -35,7 +34,7 @@ pub fn at_once() {
     });
 }
 
-/// Calls a function at the first interrupt; a second one ends the process at once.
+/// Calls a function at the first interrupt. A second interrupt ends the process at once.
 pub fn then(act: impl Fn() + Send + 'static) {
     let seen = AtomicBool::new(false);
     handle(move || {
@@ -52,7 +51,7 @@ pub fn then(act: impl Fn() + Send + 'static) {
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 const PATIENCE: std::time::Duration = std::time::Duration::from_secs(1);
 
-/// Ends the process if a library does not return from a call: such a call does not check the flag.
+/// Ends the process if a call of a library does not return. During such a call, the interrupt flag is not checked.
 fn end_if_hanging() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     std::thread::spawn(|| {

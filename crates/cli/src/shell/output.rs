@@ -21,10 +21,10 @@ use crate::error::Error;
 use crate::shell::asked::{NOTE, NotedQuestion};
 use crate::shell::locked;
 
-/// Prefix of the names of hidden folders for unfinished files; the id of their process follows.
+/// Prefix of the names of hidden folders for unfinished files. The id of the process that made the folder follows the prefix.
 const PREFIX: &str = ".standstill-";
 
-/// Number of attempts of an interrupt to remove a folder while another thread is still filling it.
+/// Number of attempts to remove a folder at an interrupt, because another thread may still write files into it.
 const AGAIN: u32 = 100;
 
 /// The folders that an interrupt removes.
@@ -75,8 +75,8 @@ pub struct Output {
 }
 
 impl Output {
-    /// Makes an output as [`Output::create`] does, with a note of the question beside the files. Files of another
-    /// question are replaced only if `asked` allows it.
+    /// Makes an output like [`Output::create`], and adds a note of the question to the folder. Files of another question are replaced only
+    /// if `asked` allows this.
     pub fn answering(asked: NotedQuestion, target: &Path, names: &[&str]) -> Result<Self, Error> {
         asked.guard(target, names)?;
         let mut output = Self::create(target, names)?;
@@ -133,7 +133,7 @@ impl Output {
         Ok(BufWriter::new(file))
     }
 
-    /// Closes a file and synchronises it with the disk, because a full disk may become apparent only then.
+    /// Closes a file and synchronises it with the disk. Only then, a full disk is sure to cause an error.
     pub fn close(&self, name: &str, mut file: BufWriter<File>) -> Result<(), Error> {
         let synced = file.flush().and_then(|()| file.get_ref().sync_all());
         synced.map_err(Error::writing(&self.target.join(name)))
@@ -192,11 +192,11 @@ impl Output {
     }
 }
 
-/// Longest wait for another process that is moving its files into a folder, which takes milliseconds.
+/// Longest wait until another process has moved its files into a folder. This usually takes milliseconds.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Locks a folder for this process until the value is dropped. Returns none if the system cannot lock folders, or if
-/// another process holds the lock for longer than [`PATIENCE`], such as one that runs this program under `flock`.
+/// Locks a folder for this process until the returned value is dropped. Returns none if the system cannot lock folders, or if another
+/// process holds the lock for longer than [`PATIENCE`], for example `flock` when it runs this program.
 pub fn turn(folder: &Path) -> Option<File> {
     let folder = File::open(folder).ok()?;
     let begun = Instant::now();
@@ -219,8 +219,8 @@ impl Drop for Output {
     }
 }
 
-/// Returns the prefix of the names of this process's unfinished files and folders. [`remove_stale`] removes them once
-/// the process has ended.
+/// Returns the prefix of the names of this process's unfinished files and folders. After the end of the process, [`remove_stale`] removes
+/// these files and folders.
 pub fn unfinished_prefix() -> String {
     format!("{PREFIX}{}-", std::process::id())
 }

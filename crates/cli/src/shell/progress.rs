@@ -16,7 +16,7 @@ use crate::shell::{host, interrupt, locked};
 /// Time between two progress messages without a terminal.
 const EVERY: Duration = Duration::from_secs(10);
 
-/// Makes a progress bar for this many trials, on standard error; 0 if their number is not known.
+/// Makes a progress bar for this many trials on standard error. 0 stands for an unknown number.
 pub fn bar(trials: u64) -> ProgressBar {
     let rate = |state: &ProgressState, to: &mut dyn std::fmt::Write| {
         // The bar is decoration: a failure to write it is ignored.
@@ -41,8 +41,8 @@ fn new(length: u64, what: &'static str) -> ProgressBar {
     watched(ProgressBar::new(length), what)
 }
 
-/// Registers a progress bar with the host; without a host and without a terminal, prints its state as lines. The bar
-/// vanishes from the terminal when the work ends, also by an interrupt or an error.
+/// Registers a progress bar with the host program. Without a host program and a terminal, prints the bar's state as lines. On a terminal,
+/// the bar disappears when the work ends, even after an interrupt or an error.
 fn watched(bar: ProgressBar, what: &'static str) -> ProgressBar {
     let bar = bar.with_finish(ProgressFinish::AndClear);
     if let Some(host) = host::current() {
@@ -82,33 +82,33 @@ fn line(bar: &ProgressBar, what: &str) -> String {
     if message.is_empty() { line } else { line + ", " + &message }
 }
 
-/// Observer of an analysis: shows its trials on a bar, and can end it by a flag.
+/// Observer of an analysis. It shows the progress of the trials on a bar, and can end the analysis by a flag.
 pub struct Watched {
     pub bar: ProgressBar,
     stop: Arc<AtomicBool>,
     /// Intermediate results of a question, from which `--resume` continues.
     notes: Option<Mutex<Notes>>,
-    /// Whether the message has been printed that an intermediate result could not be stored.
+    /// True after the message was printed that an intermediate result could not be stored.
     said: AtomicBool,
 }
 
 impl Watched {
-    /// Makes an observer with an interrupt flag and a bar for about this many trials; 0 if their number is not known.
+    /// Makes an observer with an interrupt flag and a bar for about this many trials. 0 stands for an unknown number.
     pub fn new(trials: u64) -> Self {
         Self { bar: bar(trials), stop: interrupt::flag(), notes: None, said: AtomicBool::new(false) }
     }
 
-    /// Makes an observer as [`Watched::new`] does, which also stores intermediate results in `notes`.
+    /// Makes an observer like [`Watched::new`] that also stores intermediate results in `notes`.
     pub fn noting(trials: u64, notes: Option<Notes>) -> Self {
         Self { notes: notes.map(Mutex::new), ..Self::new(trials) }
     }
 
-    /// Returns the flag that an interrupt sets, for work that checks a flag.
+    /// Returns the flag that an interrupt sets.
     pub fn flag(&self) -> &AtomicBool {
         &self.stop
     }
 
-    /// Returns whether an interrupted question can continue from its stored intermediate results.
+    /// Returns true if an interrupted question can continue from stored intermediate results.
     pub fn has_notes(&self) -> bool {
         self.notes.as_ref().is_some_and(|notes| locked(notes).is_begun())
     }

@@ -10,12 +10,12 @@ use standstill_scenario::{Document, FileError, Key, Plan, Point, ScenarioFile, V
 
 use crate::shell::values::each_once;
 
-/// Returns motor, method and conditions of a scenario as one line, without those that its sweep axes vary.
+/// Returns one line with the motor, the method and the conditions of a scenario. Omits items that the scenario's sweep axes vary.
 pub fn setting(file: &ScenarioFile) -> String {
     conditions(file, |key| file.axes.contains_key(key))
 }
 
-/// Returns motor, method and conditions of a scenario as one line, without those whose keys are varied.
+/// Returns one line with the motor, the method and the conditions of a scenario. Omits items whose keys are varied.
 pub fn conditions(file: &ScenarioFile, is_varied: impl Fn(&str) -> bool) -> String {
     let fixed = |key: &str, text: String| (!is_varied(key)).then_some(text);
     let parts = [
@@ -30,21 +30,21 @@ pub fn conditions(file: &ScenarioFile, is_varied: impl Fn(&str) -> bool) -> Stri
 
 /// A scenario as it was stored with its results.
 pub struct Setup<'a> {
-    /// Path of the scenario; its files are searched in the same folder.
+    /// Path of the scenario. Files that the scenario names are searched in the same folder.
     pub place: &'a Path,
     pub text: &'a str,
     /// Files that the scenario read, with the digest of each, by path.
     pub files: &'a BTreeMap<String, String>,
     /// The only folder whose files the scenario may read; none: no restriction.
     pub fence: Option<&'a Path>,
-    /// Keys that are varied, whose values are shown as `varied`.
+    /// Keys that are varied. The page shows `varied` instead of their values.
     pub varied: Vec<String>,
-    /// Texts of the scenario with other values of the varied keys, if these are not its sweep axes.
+    /// Texts of the scenario with other values of the varied keys. Used only if the varied keys are not the scenario's sweep axes.
     pub others: Vec<&'a str>,
 }
 
-/// Largest number of points of a sweep whose facts are all compared. In a larger sweep, only the first and the last point of
-/// each value of each axis are compared, for at most this many values of an axis.
+/// Largest number of sweep points for which the facts of all points are compared. If a sweep has more points, only the first and the last
+/// point of each value of each axis are compared, for at most this many values of an axis.
 const COMPARED: usize = 256;
 
 /// Largest number of different values of a fact that are listed.
@@ -73,7 +73,7 @@ impl<'a> Setup<'a> {
         self.varied.iter().any(|varied| varied == key)
     }
 
-    /// Returns motor, method, errors and rotor; none if the scenario cannot be loaded.
+    /// Returns motor, method, errors and rotor. Returns none if the scenario cannot be loaded.
     pub fn heading(&self) -> Option<Vec<(String, String)>> {
         let file = self.document(self.text).and_then(|document| document.load()).ok()?;
         let fact = |name: &str, key: &str, text: &str| {
@@ -87,8 +87,8 @@ impl<'a> Setup<'a> {
         ])
     }
 
-    /// Returns the section with the facts of drive and sensors, with their values at the compared points, and the
-    /// motor's data sheet if there is only one motor.
+    /// Returns the section with the facts of drive and sensors. Each fact has its values at the compared points. If there is only one
+    /// motor, the section also contains the motor's data sheet.
     pub fn section(&self) -> Section {
         Section::new("Motor, drive and sensors", self.blocks())
     }
@@ -134,7 +134,7 @@ impl<'a> Setup<'a> {
         blocks
     }
 
-    /// Returns the message on a file that has changed since the results were made; none if all files are unchanged.
+    /// Returns a message about a file that was changed after the results were made. Returns none if all files are unchanged.
     fn other_file(&self, plan: &Plan) -> Option<String> {
         let here = plan.files();
         self.files.iter().find_map(|(path, there)| {
@@ -158,9 +158,9 @@ impl<'a> Setup<'a> {
     }
 }
 
-/// Returns the points whose values are compared. In a grid, a value of an axis first occurs where all other axes have
-/// their first value, and last occurs where they have their last value; a change caused by the axis is visible at one
-/// of these points.
+/// Returns the points whose facts are compared. For each value of an axis, these are the first and the last point with this value. At the
+/// first point of a grid all other axes have their first value, and at the last point their last value, so a change caused by the axis is
+/// visible at one of the two.
 fn compared(points: &[Point]) -> BTreeSet<usize> {
     if points.len() <= COMPARED {
         return (0..points.len()).collect();
@@ -179,7 +179,7 @@ fn compared(points: &[Point]) -> BTreeSet<usize> {
     some.copied().collect()
 }
 
-/// Merges the facts of several scenarios: a common value is listed once, different values in their order.
+/// Merges the facts of several scenarios. A common value is listed once, and different values are listed in the order of the scenarios.
 fn together(all: impl Iterator<Item = Vec<(String, String)>>) -> Vec<(String, String)> {
     let mut values: IndexMap<String, Vec<String>> = IndexMap::new();
     let mut scenarios = 0;

@@ -11,10 +11,10 @@ use super::terminal::{colours, paint, paragraph, width, wrapped};
 /// Smallest column width into which prose is wrapped.
 const NARROWEST: usize = 24;
 
-/// Width of the spaces on both sides of a cell.
+/// Total width of the spaces on the two sides of a cell, in characters.
 const AROUND: usize = 2;
 
-/// Columns that are shown: index and cell width of each.
+/// Columns that are shown. Each entry contains the index and the cell width of a column.
 type Layout = Vec<(usize, usize)>;
 
 /// Formatting of a table as text.
@@ -48,7 +48,7 @@ impl Print for Table {
     }
 }
 
-/// A table being laid out: its brackets and columns are left out step by step until it fits.
+/// A table whose layout is computed. Texts in brackets and columns are omitted step by step until the table fits into the width.
 #[derive(Clone)]
 struct Layouter(Table);
 
@@ -136,7 +136,7 @@ impl Layouter {
         places.iter().map(least).collect()
     }
 
-    /// Returns the width of each of these columns so that all fit into `width`; none if they do not fit.
+    /// Returns widths with which all of these columns fit into `width`. Returns none if they do not fit.
     fn layout(&self, places: &[usize], width: usize) -> Option<Layout> {
         let mut widths = self.least(places);
         let room =
@@ -215,7 +215,7 @@ impl Layouter {
         }
     }
 
-    /// Returns the table with one line for each cell, for terminals on which not even the important columns fit side by
+    /// Returns the table with one line for each cell. This layout is for terminals that are too narrow for the important columns side by
     /// side.
     fn stacked(&self, width: usize, colours: bool) -> String {
         let titles =

@@ -16,7 +16,7 @@ pub const USUAL: usize = 80;
 /// Largest width of prose in characters; longer lines are hard to read.
 const LONGEST_LINE: usize = 100;
 
-/// Returns the width of the terminal in characters; without a terminal the value of `COLUMNS`, or [`USUAL`].
+/// Returns the width of the terminal in characters. Without a terminal, returns the value of `COLUMNS` or, if that is not set, [`USUAL`].
 pub fn width() -> usize {
     static WIDTH: OnceLock<usize> = OnceLock::new();
     if host::current().is_some() {
@@ -34,8 +34,8 @@ pub fn prose_width() -> usize {
     width().min(LONGEST_LINE)
 }
 
-/// Returns whether verdicts are coloured: on a terminal with colours, unless `NO_COLOR` is set or `CLICOLOR` is 0;
-/// always if `CLICOLOR_FORCE` is set; never in a host program.
+/// Returns true if verdicts are coloured. In a host program they never are. Otherwise, they are coloured if `CLICOLOR_FORCE` is set, or on
+/// a terminal with colours unless `NO_COLOR` is set or `CLICOLOR` is 0.
 pub fn colours() -> bool {
     host::current().is_none() && console::colors_enabled()
 }
@@ -66,8 +66,8 @@ pub fn print(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Writes to standard output; once a detector library is loaded, whose own prints are kept apart, to a copy of standard
-/// output made before.
+/// Writes to standard output. After a detector library was loaded, writes to a copy of standard output that was made before, to separate
+/// this text from text that the library prints.
 pub fn write(text: &str) -> std::io::Result<()> {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     if let Some(mut output) = standstill_foreign::output() {
@@ -104,8 +104,7 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// Formats a paragraph in the width of prose. The first line begins with `first`; the others are indented by as many
-/// spaces.
+/// Formats a paragraph in the width of prose. The first line begins with `first`. All other lines are indented by the width of `first`.
 pub fn paragraph(first: &str, text: &str) -> String {
     let indent = measure_text_width(first);
     let mut filled = String::new();
@@ -119,8 +118,8 @@ pub fn paragraph(first: &str, text: &str) -> String {
     filled
 }
 
-/// Wraps a command's text for reading: on a terminal to its width, or to `COLUMNS` if that is set. In a pipe, lines
-/// stay unwrapped for programs that search them.
+/// Wraps a command's text to [`width`] on a terminal, or if `COLUMNS` is set. Otherwise the text stays unwrapped, for programs that search
+/// its lines.
 pub fn for_reading(text: String) -> String {
     if Term::stdout().is_term() || std::env::var_os("COLUMNS").is_some() {
         folded(&text, width())
@@ -129,7 +128,7 @@ pub fn for_reading(text: String) -> String {
     }
 }
 
-/// Wraps text on standard error to the width of its terminal; in a pipe it stays one line, whatever `COLUMNS` is.
+/// Wraps text for standard error to the width of the terminal. In a pipe, the text stays unwrapped even if `COLUMNS` is set.
 pub fn for_reading_of_errors(text: String) -> String {
     match Term::stderr().size_checked() {
         Some((_, columns)) if Term::stderr().is_term() => folded(&text, usize::from(columns).max(20)),
@@ -137,8 +136,8 @@ pub fn for_reading_of_errors(text: String) -> String {
     }
 }
 
-/// Wraps text at spaces. Continuation lines are aligned with the line's text: after its label, which ends with two
-/// spaces, or else indented further than the line.
+/// Wraps text at spaces. If a line begins with a label that ends with two spaces, continuation lines are aligned with the text after the
+/// label. Otherwise, they are indented further than the line.
 fn folded(text: &str, width: usize) -> String {
     let mut folded = String::with_capacity(text.len());
     for line in text.lines() {

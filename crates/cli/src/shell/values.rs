@@ -41,7 +41,7 @@ impl Shown {
     }
 }
 
-/// Returns the items without repetitions, in their order.
+/// Returns the items in their order, without repetitions.
 pub fn each_once<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     items.into_iter().fold(Vec::new(), |mut seen, item| {
         if !seen.contains(&item) {
@@ -51,8 +51,8 @@ pub fn each_once<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     })
 }
 
-/// Returns a sentence for each setting that some methods lack, naming those methods, which were left out; `left_out`:
-/// pairs of method and setting.
+/// Returns a sentence for each setting that some methods do not have. The sentence names these methods, which were omitted. `left_out`
+/// contains pairs of method and setting.
 pub fn without_setting<'a>(left_out: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
     let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
     for (method, setting) in left_out {
@@ -70,7 +70,7 @@ pub fn without_setting<'a>(left_out: impl Iterator<Item = (&'a str, &'a str)>) -
     all.into_iter().map(said).collect()
 }
 
-/// Describes a point by its values on the axes.
+/// Describes a sweep point by the values of the sweep axes.
 pub fn describe(point: &PointSummary, shown: &[Shown]) -> String {
     let values = shown.iter().zip(point.values.values());
     let values: Vec<String> = values
@@ -88,9 +88,8 @@ pub fn shown(key: &str, value: f64) -> String {
     listed(&[value], &file::unit(key).unwrap_or_default()).trim_end().to_owned()
 }
 
-/// Formats a key's value with its interval in a suitable unit, with at most two significant digits of half the
-/// interval's width (of the distance to the closed end, if the other is open). Whole numbers keep all digits. `whole`:
-/// whether the key has whole numbers.
+/// Formats a key's value with its interval in a suitable unit. Half the interval's width has at most two significant digits. If one end is
+/// open, the distance to the other end is used instead. If `whole` is true, the key has whole numbers, which keep all digits.
 pub fn shown_interval((key, whole): (&str, bool), value: f64, interval: [Option<f64>; 2]) -> String {
     let scale = scale_of_key(key, value.abs());
     let number = |x: f64| scale.number(x);
@@ -117,7 +116,7 @@ pub fn percent(share: f64) -> String {
     format!("{} %", standstill_quantity::listed(&[100.0 * share], "").trim_end())
 }
 
-/// Returns the unit in which values of a key are shown; `largest`: the largest of them, in SI units.
+/// Returns the unit in which values of a key are shown. `largest` is the largest of these values in SI units.
 pub fn scale_of_key(key: &str, largest: f64) -> Scale {
     if file::is_share(key) {
         Scale::percent()
@@ -126,7 +125,7 @@ pub fn scale_of_key(key: &str, largest: f64) -> Scale {
     }
 }
 
-/// Returns the unit in which a measure is shown; `largest`: its largest value.
+/// Returns the unit in which a measure is shown. `largest` is the largest value of the measure.
 pub fn scale(measure: Measure, largest: f64) -> Scale {
     measure.unit().map_or_else(Scale::percent, |unit| Scale::suiting(unit, largest))
 }
@@ -159,8 +158,8 @@ pub fn probability_interval(estimate: &Estimate) -> String {
     format!("{value} [{low}, {high}]")
 }
 
-/// Formats the range of several shares in per cent; `shares`: pairs of share and number of starts. Shares that are not
-/// finite are left out; none if none is left.
+/// Formats the range of several shares in per cent. `shares` contains pairs of a share and a number of starts. Shares that are not finite
+/// are omitted. Returns none if no share is finite.
 pub fn range(shares: impl Iterator<Item = (f64, u64)>) -> Option<String> {
     let known: Vec<(f64, u64)> = shares.filter(|(share, _)| share.is_finite()).collect();
     let low = known.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -77,8 +77,8 @@ pub fn table(points: &[PointSummary], open: bool) -> Table {
     table.excerpt(order, sentence)
 }
 
-/// Makes the table of reasons of starts without an answer; for a sweep with the reasons at each point, because its
-/// points were chosen by the user.
+/// Makes the table of reasons of starts without an answer. For a sweep, the table lists the reasons at each point, because sums over all
+/// points would depend on the user's choice of points.
 pub fn reasons(summary: &SummaryFile) -> Table {
     let points = &summary.points;
     let shown = Shown::of(points);

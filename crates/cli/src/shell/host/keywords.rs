@@ -26,8 +26,8 @@ impl Keyword {
         }
     }
 
-    /// Returns the argument as a call contains it, such as `trials=5`; only its name if an option that needs a value
-    /// has none.
+    /// Returns the argument as written in a Python call, such as `trials=5`. If a needed value is missing, returns only the argument's
+    /// name.
     fn argument(&self, value: Option<&str>) -> String {
         let name = self.name();
         match (value, &self.placeholder) {
@@ -46,8 +46,7 @@ impl Keyword {
         }
     }
 
-    /// Returns whether a word that follows the option in a sentence is its value, and not just the sentence's next
-    /// word.
+    /// Returns true if the word after the option in a sentence is the option's value. Otherwise, it is just the next word of the sentence.
     fn has(&self, word: &str) -> bool {
         let bare = word.trim_matches(['\'', '"', '`', ',', ';', ')']).trim_end_matches(['.', ':']);
         let is_value = |c: char| c.is_ascii_digit() || "=:/._".contains(c);
@@ -58,14 +57,14 @@ impl Keyword {
     }
 }
 
-/// Returns a value as Python source: numbers and one-letter placeholders unchanged, all else as a quoted string.
+/// Returns a value as Python source. Numbers and placeholders of one letter stay unchanged, and all other values become quoted strings.
 fn literal(value: &str) -> String {
     let number = value.parse::<f64>().is_ok_and(f64::is_finite);
     let of_number = value.len() == 1 && value.chars().all(|c| c.is_ascii_uppercase());
     if number || of_number { value.to_owned() } else { format!("\"{value}\"") }
 }
 
-/// Returns the options of all commands, each once.
+/// Returns the options of all commands without repetitions.
 fn all() -> Vec<Keyword> {
     let arguments = Arguments::command();
     let mut all: Vec<Keyword> = Vec::new();
@@ -88,8 +87,7 @@ fn all() -> Vec<Keyword> {
     all
 }
 
-/// Returns a message for Python: options become keywords (`force=True` for `--force`), command lines in backquotes
-/// calls.
+/// Translates a message for Python. Options become keywords, such as `force=True` for `--force`. Command lines in backquotes become calls.
 ///
 /// ```
 /// let said = "a/run.journal: needed --resume to go on with it, another --out, or `standstill run SCENARIO --rows none`";
@@ -111,8 +109,8 @@ pub fn keywords(message: &str) -> String {
     spans.collect::<Vec<_>>().join("`")
 }
 
-/// Returns the values that an option of a command can have, such as `csv` of `--format`; empty if they are no fixed
-/// list.
+/// Returns the values that an option of a command can have, such as `csv` for `--format`. Returns an empty list if the option has no fixed
+/// list of values.
 ///
 /// ```
 /// assert_eq!(standstill_cli::choices("run", "rows"), ["all", "none"]);
@@ -184,7 +182,7 @@ fn code(span: &str, all: &[Keyword]) -> String {
     }
 }
 
-/// Formats a scenario with keys set, as a Python call of `scenario`; `whole`: with the module's name.
+/// Formats a scenario and the keys that are set as a Python call of `scenario`. If `whole` is true, the call contains the module's name.
 fn scenario_of(scenario: &str, set: &[&str], whole: bool) -> String {
     let mut text = format!("{}scenario({scenario}", if whole { "standstill." } else { "" });
     for pair in set {

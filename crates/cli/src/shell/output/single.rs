@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{Output, remove_stale};
 use crate::error::Error;
 
-/// Writes a file, which appears complete or not at all. An existing file is replaced.
+/// Writes a whole file at once, so that an incomplete file never exists under this name. Replaces an existing file.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -25,10 +25,9 @@ pub fn replace(path: &Path, content: &[u8]) -> Result<(), Error> {
     output.place().map(|_| ())
 }
 
-/// Writes a new file, which appears complete or not at all.
+/// Writes a whole new file at once, so that an incomplete file never exists under this name.
 ///
-/// # Errors
-/// A file of this name exists, or it cannot be written.
+/// # Errors A file of this name exists, or the file cannot be written.
 pub fn create_new(path: &Path, content: &[u8]) -> Result<(), Error> {
     let there = || Error::InTheWay { path: path.to_owned(), is: "there already", needed: "a new file" };
     remove_stale(folder_of(path));
