@@ -11,16 +11,16 @@ pub struct Ledger {
     pub source: f64,
     /// Energy lost in the source's resistance.
     pub source_loss: f64,
-    /// Energy lost in switches and diodes, and in the arcs of wires that break.
+    /// Energy lost in switches, in diodes, and in the arcs of breaking wires.
     pub device_loss: f64,
-    /// Energy lost in the winding's resistance, including the loss of the winding's ringing with the terminals, and the heat in
-    /// the resistance R_f of shorted turns.
+    /// Energy lost in the winding's resistance and in the resistance R_f of shorted turns. It includes the losses of oscillations between
+    /// winding and terminal capacitances.
     pub copper_loss: f64,
     /// Energy lost in the dividers of terminals with a capacitance.
     pub divider_loss: f64,
     /// Energy lost in eddy currents.
     pub eddy_loss: f64,
-    /// Energy lost by hysteresis, while play cells of the stator's iron slide.
+    /// Energy lost by hysteresis in the stator's iron, that is, by sliding play cells.
     pub hysteresis_loss: f64,
     /// Work of the electromagnetic torque, cogging included, on the rotor.
     pub shaft_work: f64,
@@ -41,7 +41,7 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Adds another balance, multiplied by a factor, to this one.
+    /// Adds to this balance another one, `of`, multiplied by the factor `times`.
     pub(crate) fn add(&mut self, of: &Self, times: f64) {
         macro_rules! each {
             ($($account:ident)*) => {{
@@ -58,14 +58,14 @@ impl Ledger {
     }
 
     /// Accounts for a device that charged the capacitance of a terminal. The source gave the energy `given` in J through the device's
-    /// rail; the capacitance stored `kept` in J of it, and the device lost the rest.
+    /// rail. The capacitance stored the part `kept` in J, and the device lost the rest.
     pub(crate) fn charge(&mut self, given: f64, kept: f64) {
         self.source += given;
         self.device_loss += given - kept;
     }
 
-    /// Accounts for terminals, each with this capacitance in F, that devices charged at one instant. The energy comes from the link's
-    /// capacitor if there is one, else from the source.
+    /// Accounts for devices that charged terminals at one instant. `capacitance` is the capacitance of each terminal in F. The energy
+    /// comes from the link's capacitor, or from the source if the link has no capacitor.
     pub(crate) fn join(&mut self, before: &Joined, after: &Settled, capacitance: f64) {
         for (k, (to, from)) in after.potential.into_iter().zip(before.potential).enumerate() {
             let charge = capacitance * (to - from);
@@ -75,7 +75,7 @@ impl Ledger {
         }
     }
 
-    /// Returns the energy in J from the source that is missing in all accounts: zero, apart from the integrator's
+    /// Returns the energy in J that the source delivered and that appears in no other account. It is zero apart from the integrator's
     /// error.
     ///
     /// ```
@@ -99,7 +99,7 @@ impl Ledger {
             - self.field_change
     }
 
-    /// Returns the shaft work in J that is missing in all mechanical accounts: zero, apart from the integrator's error.
+    /// Returns the shaft work in J that appears in no other mechanical account. It is zero apart from the integrator's error.
     pub fn mechanical_imbalance(&self) -> f64 {
         self.shaft_work - self.friction_loss - self.load_work - self.impact_loss - self.kinetic_change
     }

@@ -14,8 +14,8 @@
     reason = "legs and machines are walked by number: iterators are closures, which are not compiled for wide registers"
 )]
 
-/// Expands to `[f(0), f(1)]`. The closure of an array's `map` would be a separate function, compiled without the
-/// instructions of wide registers, and each operation in it would be a call.
+/// Expands to `[f(0), f(1)]` without a closure. The closure of an array's `map` would be a separate function, compiled without
+/// wide-register instructions, so that each operation in it would be a call.
 macro_rules! pair {
     ($k:ident => $of:expr) => {{
         let first = {
@@ -30,7 +30,7 @@ macro_rules! pair {
     }};
 }
 
-/// Expands to the `map` of an option, without a closure for the same reason as [`pair`].
+/// Expands to the `map` of an option without a closure, for the same reason as [`pair`].
 macro_rules! some {
     ($of:expr, $value:pat => $to:expr) => {
         match $of {
@@ -40,7 +40,7 @@ macro_rules! some {
     };
 }
 
-/// Expands to `[f(0), f(1), f(2)]`, without a closure for the same reason as [`pair`].
+/// Expands to `[f(0), f(1), f(2)]` without a closure, for the same reason as [`pair`].
 macro_rules! three {
     ($k:ident => $of:expr) => {{
         let [first, second] = pair!($k => $of);

@@ -60,7 +60,7 @@ impl Arrangement {
         }
     }
 
-    /// Returns whether the current in a sensor depends on which devices conduct.
+    /// Returns whether the current through a sensor depends on which devices conduct.
     pub const fn follows_legs(self) -> bool {
         matches!(self, Self::LowSideShunts | Self::DcLinkShunt)
     }
@@ -75,9 +75,9 @@ pub struct VoltageSensor {
     pub offset: f64,
     /// Noise of each sample in V rms.
     pub noise: f64,
-    /// Corner frequency of the sensor's first-order filter in Hz; none: no filter.
+    /// Corner frequency of the sensor's first-order filter in Hz. None for a sensor without a filter.
     pub bandwidth: Option<f64>,
-    /// The sensor's converter; none: exact.
+    /// The sensor's converter. None for exact readings.
     pub adc: Option<Adc>,
 }
 
@@ -90,13 +90,13 @@ pub struct TerminalSensor {
     pub offset: f64,
     /// Noise of each sample in V rms.
     pub noise: f64,
-    /// Corner frequency of the dividers' first-order filters in Hz; none: no filter.
+    /// Corner frequency of the dividers' first-order filters in Hz. None for dividers without filters.
     pub bandwidth: Option<f64>,
-    /// The converters; none: exact.
+    /// The converters of the dividers. None for exact readings.
     pub adc: Option<Adc>,
-    /// Resistance in Ω of each divider, which pulls an idle terminal to the negative rail; none: the dividers draw no
-    /// current. It discharges a terminal's capacitance C, if there is one; the terminal's oscillation with the winding must stay
-    /// underdamped: |R_t/L − 1/(R C)| < 2/√(L C), with L the winding's inductance and R_t its resistance at that frequency.
+    /// Resistance in Ω of each divider. None if the dividers draw no current. A divider pulls an idle terminal to the negative rail and
+    /// discharges the terminal's capacitance C, if there is one. The oscillation of C with the winding must stay underdamped: |R_t/L −
+    /// 1/(R C)| < 2/√(L C), where L is the winding's inductance and R_t is its resistance at the oscillation's frequency.
     pub resistance: Option<f64>,
 }
 
@@ -106,14 +106,14 @@ impl TerminalSensor {
         Self { gain_error: 0.0, offset: 0.0, noise: 0.0, bandwidth: None, adc: None, resistance: None };
 }
 
-/// The resolver: an angle sensor whose reading serves as the "measured angle" with which a result is compared.
+/// The resolver, an angle sensor. Its reading is the "measured angle" with which the detector's result is compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Resolver {
     /// Standard deviation of the resolver's error in rad electrical.
     pub error: f64,
 }
 
-/// The sensors of a type of drive: settings from which the errors of each specimen are drawn.
+/// Settings of the sensors of a type of drive. The errors of each specimen are drawn from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorSettings {
     /// Arrangement of the current sensors.
@@ -124,48 +124,47 @@ pub struct SensorSettings {
     pub offset: f64,
     /// Noise of each current sample in A rms.
     pub noise: f64,
-    /// Nominal corner frequency of the current sensors' first-order filters in Hz; none: no filter.
+    /// Nominal corner frequency of the current sensors' first-order filters in Hz. None for sensors without filters.
     pub bandwidth: Option<f64>,
-    /// Largest common deviation of a specimen's corner frequencies, as a share of the nominal one, uniformly
-    /// distributed in both directions.
+    /// Largest deviation that all corner frequencies of a specimen have in common, as a share of the nominal one. The deviation is
+    /// uniformly distributed in both directions.
     pub bandwidth_tolerance: f64,
-    /// Largest additional deviation of each phase's corner frequency, as a share of the nominal one, uniformly
+    /// Largest additional deviation of each phase's corner frequency, as a share of the nominal one. The deviation is uniformly
     /// distributed in both directions.
     pub bandwidth_mismatch: f64,
-    /// Slew rate of the shunts' amplifiers in A/s: the fastest change of their output; 0: no limit. Applies only if
+    /// Largest rate of change of the shunt amplifiers' outputs (slew rate) in A/s. Zero means no limit. It applies only if
     /// [`Arrangement::follows_legs`].
     pub slew: f64,
-    /// Acquisition: time constant in s with which each channel's sampling capacitor follows the sensor between
-    /// conversions, through the resistance before the converter; 0: immediately. Cannot be combined with a slew rate.
+    /// Time constant of acquisition in s. With it, each channel's sampling capacitor follows the sensor between conversions, through the
+    /// resistance before the converter. Zero means that the capacitor follows immediately. It cannot be combined with a slew rate.
     pub acquisition: f64,
-    /// The current sensors' converter; none: exact.
+    /// The current sensors' converter. None for exact readings.
     pub adc: Option<Adc>,
-    /// Skew: the converter takes phase a together with the DC link, then phase b and then phase c, each this time after
-    /// the conversion before. Conversions that would fall after the end of the command are taken at its end.
+    /// Skew: time between conversions of one sample. The converter takes phase a together with the DC link, then phase b, then phase c. A
+    /// conversion that would fall after the end of the command is taken at its end.
     pub skew: Nanos,
-    /// Number of conversions of each sample. The reading's value is the mean of the conversions; its code is the sum of their codes.
+    /// Number of conversions in each sample. The value of a reading is the mean of the conversions. Its code is the sum of their codes.
     pub oversampling: u8,
-    /// Time between successive conversions of a channel within a sample; at least twice `skew`. Conversions that would
-    /// fall after the end of the command are taken at its end.
+    /// Time between successive conversions of one channel within a sample. It is at least twice `skew`. A conversion that would fall
+    /// after the end of the command is taken at its end.
     pub conversion: Nanos,
-    /// Pick-up of switching edges in all currents, added after the filters; none: no pick-up.
+    /// Pick-up of switching edges in all current readings. It is added after the filters. None for readings without pick-up.
     pub pick_up: Option<PickUp>,
-    /// Jitter: largest deviation of each ADC trigger, uniformly distributed in both directions; a sample never leaves
-    /// its command.
+    /// Jitter: largest deviation of each ADC trigger from its time. The deviation is uniformly distributed in both directions, but a
+    /// sample never leaves its command.
     pub jitter: Nanos,
-    /// Delay of all ADC triggers against their commanded times; a sample never leaves its command.
+    /// Delay of all ADC triggers after their commanded times. A sample never leaves its command.
     pub sample_delay: Nanos,
-    /// Settling time of a shunt's amplifier that the drive assumes: the reading of a shunt is hidden until the dead
-    /// time and this time have passed since the last request to its leg, or to any leg for the shunt in the DC link.
+    /// Settling time that the drive assumes for a shunt's amplifier. After each request to the shunt's leg, the reading is hidden during
+    /// the dead time and this time. The shunt in the DC link is hidden after requests to any leg.
     pub settle: Nanos,
     /// The DC-link sensor.
     pub dc_link: VoltageSensor,
-    /// The dividers at the terminals; none: the drive does not read its terminals. The dividers are converted together
-    /// with the DC link.
+    /// The dividers at the terminals. None if the drive does not read its terminals. They are converted together with the DC link.
     pub terminal: Option<TerminalSensor>,
     /// The resolver.
     pub resolver: Resolver,
-    /// The comparators and the timer that captures their trips.
+    /// The comparators, and the timer that captures the times of their trips.
     pub comparator: ComparatorSettings,
 }
 
@@ -175,24 +174,24 @@ impl SensorSettings {
         self.slew > 0.0 && self.arrangement.follows_legs()
     }
 
-    /// Returns whether the dividers have filters and the terminals have a capacitance (`capacitive`), so that the filters' inputs are
-    /// continuous. The potentials of terminals without a capacitance jump with the gates.
+    /// Returns whether the dividers have filters with continuous inputs. `capacitive` says whether the terminals have a capacitance.
+    /// Without a capacitance the potentials of the terminals jump with the gates, and the inputs are not continuous.
     pub fn divides(&self, capacitive: bool) -> bool {
         capacitive && self.terminal.is_some_and(|of| of.bandwidth.is_some())
     }
 
-    /// Returns the resistance in Ω of the dividers, if they draw a current from the terminals.
+    /// Returns the resistance in Ω of the dividers. None if they draw no current from the terminals.
     pub fn load(&self) -> Option<f64> {
         self.terminal.and_then(|of| of.resistance)
     }
 
-    /// Returns the time from the first conversion of a sample to its last one, without skew.
+    /// Returns the time from the first to the last conversion of one channel in a sample. The skew is not included.
     pub fn averaged(&self) -> Nanos {
         self.conversion.max(self.skew * 2) * (u64::from(self.oversampling.max(1)) - 1)
     }
 
-    /// Returns the currents in A through the sensors of the three phases: all phase currents for sensors in line, and
-    /// the currents of conducting lower devices for low-side shunts. A shunt in the DC link uses the first value only.
+    /// Returns the currents in A through the sensors of the three phases. Sensors in line carry the phase currents. Low-side shunts carry
+    /// the currents of conducting lower devices. For a shunt in the DC link, the first value is the shunt's current.
     pub fn seen(&self, current: [f64; 3], modes: Modes) -> [f64; 3] {
         match self.arrangement {
             Arrangement::ThreeInLine | Arrangement::TwoInLine => current,
@@ -259,7 +258,7 @@ impl SensorSettings {
     };
 }
 
-/// The sensors of one specimen (one drive): the settings of its type, and the errors drawn from them.
+/// The sensors of one specimen (one drive), with the settings of its type and the errors drawn from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensors {
     /// Settings from which the errors were drawn. They also determine noise, jitter and conversion of each sample.
@@ -285,7 +284,7 @@ pub struct Sensors {
 }
 
 impl Sensors {
-    /// Makes sensors without random errors: each value is the mean of its setting.
+    /// Makes sensors without random errors. Each value is the mean of its distribution.
     pub const fn nominal(settings: SensorSettings) -> Self {
         Self {
             settings,

@@ -11,11 +11,11 @@ use serde::{Deserialize, Serialize};
 pub use draws::Draws;
 pub use tape::{Strip, Tape};
 
-/// The purpose of a random number. Each purpose has its own draws, so that a new source of error does not shift the
-/// draws of the others, and two methods on the same trial have the same errors.
+/// Purpose of a random number. Each purpose has its own draws. So a new source of error does not change the draws of the others, and two
+/// methods see the same errors in the same trial.
 ///
-/// The discriminant of a purpose is the number of the generator's block with its first draws. Purposes that are drawn
-/// together are neighbours in groups of four, because the generator computes four blocks at once.
+/// The discriminant of a purpose is the number of the generator's block that contains its first draws. Purposes that are drawn together
+/// are neighbours in groups of four, because the generator computes four blocks at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Purpose {
     /// The rotor's angle.
@@ -34,27 +34,27 @@ pub enum Purpose {
     LinkError = 6,
     /// Error of the resolver.
     Resolver = 7,
-    /// Noise of each current sample: draw 3 n + k belongs to phase k in sample n.
+    /// Noise of each current sample. Draw 3 n + k belongs to phase k in sample n.
     CurrentNoise = 8,
     /// Noise of each DC-link sample.
     LinkNoise = 9,
     /// Jitter of each ADC trigger.
     Jitter = 10,
-    /// Corner frequencies of the current sensors: draw 0 applies to all phases, draws 1 to 3 to one phase each.
+    /// Corner frequencies of the current sensors. Draw 0 applies to all phases; draws 1 to 3 apply to one phase each.
     Bandwidth = 11,
-    /// Values of a scenario's keys that have a tolerance; each key has its own draws, under its name.
+    /// Values of a scenario's keys with a tolerance. Each key has its own draws, which have the key's name.
     Tolerance = 12,
-    /// Choices of a computation about trials, not of a trial itself, such as the order of a Latin hypercube.
+    /// Choices made by a computation on many trials, such as the order of a Latin hypercube. They do not belong to a single trial.
     Design = 13,
     /// The seed given to an external detector.
     Detector = 14,
-    /// Direction in which the stator's iron was last magnetised.
+    /// Direction of the last magnetisation of the stator's iron.
     Memory = 15,
     /// Gain errors of the dividers at the terminals.
     TerminalGain = 20,
     /// Offsets of the dividers at the terminals.
     TerminalOffset = 21,
-    /// Noise of each sample of the terminals' voltages: draw 3 n + k belongs to phase k in sample n.
+    /// Noise of each sample of the terminals' voltages. Draw 3 n + k belongs to phase k in sample n.
     TerminalNoise = 22,
     /// Offsets of the comparators.
     ComparatorOffset = 24,
@@ -62,16 +62,16 @@ pub enum Purpose {
     ComparatorDelay = 25,
     /// Error of the timer's clock, and the phase of its ticks relative to the pulses.
     CaptureTimer = 26,
-    /// Noise at the comparators: one draw for each command with a threshold, or for each value of band-limited noise.
+    /// Noise at the comparators. There is one draw for each command with a threshold, or one for each value of band-limited noise.
     ComparatorNoise = 27,
-    /// Location, size, sign and onset of faults: four draws for each fault.
+    /// Location, size, sign and onset of faults. Each fault takes four draws.
     Fault = 28,
 }
 
-/// The random draws of one trial: from its seed, or from a [`Tape`].
+/// The random draws of one trial. They come from the seed or from a [`Tape`].
 ///
-/// Draw n of a purpose depends on seed, trial, purpose and n alone. It does not depend on other draws: neither on their
-/// number and distribution nor on how many were computed together.
+/// Draw n of a purpose depends only on the seed, the trial, the purpose and n. It does not depend on the number and the distribution of
+/// other draws, or on how many draws were computed together.
 ///
 /// ```
 /// use standstill_sim::{Purpose, Streams, Tape};
@@ -99,8 +99,7 @@ impl<'t> Streams<'t> {
         Self { source: Source::new(seed, index), tape: None }
     }
 
-    /// Makes draws that are read from a tape. Draws beyond the tape's end come from the tape's own seed and are
-    /// appended.
+    /// Makes draws that are read from a tape. Draws beyond the tape's end come from the tape's own seed and are appended to the tape.
     pub fn taped(tape: &'t Tape) -> Self {
         Self { source: tape.source(), tape: Some(tape) }
     }
@@ -110,16 +109,16 @@ impl<'t> Streams<'t> {
         self.source.index
     }
 
-    /// Opens the draws of one purpose at their beginning. The first draw is computed when it is requested.
+    /// Returns the draws of one purpose, beginning with the first. The first draw is computed when it is requested.
     pub fn open(self, purpose: Purpose) -> Draws<'t> {
         self.open_named(purpose, "")
     }
 
-    /// Opens the draws of at most four successive purposes, and computes the first draws of all of them at once, in the
-    /// time that the generator would need for a single purpose.
+    /// Returns the draws of at most four successive purposes. The first draws of all of them are computed at once, in the time that the
+    /// generator needs for a single purpose.
     ///
     /// # Panics
-    /// If the discriminants of the purposes are not successive.
+    /// Panics if the discriminants of the purposes are not successive.
     pub fn open_together<const N: usize>(self, purposes: [Purpose; N]) -> [Draws<'t>; N] {
         let words = self.source.words(purposes[0] as u64);
         std::array::from_fn(|k| {
@@ -128,7 +127,7 @@ impl<'t> Streams<'t> {
         })
     }
 
-    /// Opens the draws of one purpose under a name, such as the tolerance of one key.
+    /// Returns the draws with one purpose and a name. The name is, for example, that of a key with a tolerance.
     #[inline]
     pub fn open_named(self, purpose: Purpose, name: &str) -> Draws<'t> {
         let strip = self.tape.map(|tape| (tape, tape.strip(purpose, name)));
@@ -136,16 +135,16 @@ impl<'t> Streams<'t> {
     }
 }
 
-/// Number of words of 64 bits that the generator gives at once: four blocks.
+/// Number of 64-bit words that the generator computes at once: four blocks.
 const AT_ONCE: usize = 32;
 
-/// Number of words of 64 bits in a block.
+/// Number of 64-bit words in a block.
 const IN_BLOCK: usize = 8;
 
-/// Source of one trial's draws: key and stream of the ChaCha generator.
+/// Source of one trial's draws, with the key and the stream of the ChaCha generator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Source {
-    /// ChaCha's key. It is derived from the seed once, not for each purpose.
+    /// Key of ChaCha. It is derived from the seed only once, not again for each purpose.
     key: [u8; 32],
     index: u64,
 }
@@ -155,7 +154,7 @@ impl Source {
         Self { key: ChaCha8Rng::seed_from_u64(seed).get_seed(), index }
     }
 
-    /// Returns the source of the draws with this name: its key is changed by a hash of the name. An empty name changes nothing.
+    /// Returns the source of the draws with this name. A hash of the name changes the key. An empty name leaves the source unchanged.
     fn named(mut self, name: &str) -> Self {
         if !name.is_empty() {
             // FNV-1a.
@@ -169,9 +168,9 @@ impl Source {
         self
     }
 
-    /// Returns the random words of four blocks, from `block` on.
+    /// Returns the random words of four blocks, beginning with the block `block`.
     ///
-    /// ChaCha has 2^64 streams of 2^64 blocks per key. The seed gives the key, the trial's number the stream.
+    /// ChaCha has 2^64 streams of 2^64 blocks for each key. The seed determines the key, and the trial's number selects the stream.
     fn words(&self, block: u64) -> [u64; AT_ONCE] {
         let mut rng = ChaCha8Rng::from_seed(self.key);
         rng.set_stream(self.index);

@@ -27,20 +27,20 @@ pub struct Snapshot {
     pub torque: f64,
     /// Conduction mode of each leg.
     pub modes: Modes,
-    /// State of the comparators; none on a drive without comparators.
+    /// State of the comparators. None for a drive without comparators.
     pub comparator: Option<ComparatorState>,
 }
 
 /// State of a drive's comparators at an instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ComparatorState {
-    /// No comparator can trip: no level is set.
+    /// No comparator can trip, because no threshold is set.
     Idle,
-    /// The comparators are ignored for the blanking time after the begin of a stage.
+    /// The comparators are ignored during the blanking time, which follows the beginning of a stage.
     Blanked,
-    /// A comparator trips as soon as its current reaches its level.
+    /// A comparator trips as soon as its current reaches the threshold.
     Watching,
-    /// A comparator has tripped in this command.
+    /// A comparator has tripped during this command.
     Tripped,
 }
 
@@ -56,8 +56,8 @@ impl fmt::Display for ComparatorState {
 }
 
 impl Snapshot {
-    /// Returns the current in A from the DC link into the bridge: the sum over the legs whose upper device conducts. A
-    /// shunt between link capacitor and bridge, and a comparator for the link, see this current.
+    /// Returns the current in A from the DC link into the bridge. It is the sum of the currents of the legs whose upper device conducts.
+    /// A shunt between link capacitor and bridge carries this current, and a comparator for the link monitors it.
     ///
     /// ```
     /// use standstill_inverter::Conduction::{LowerDiode, LowerSwitch, UpperDiode, UpperSwitch};
@@ -81,9 +81,9 @@ impl Snapshot {
         (0..3).filter(|k| self.modes[*k].is_upper()).map(|k| self.current[k]).sum()
     }
 
-    /// Returns the current in A of each leg's devices, positive towards the motor. The value is zero for a leg in
-    /// which no device conducts: its phase current, if there is one, charges the terminal's capacitance. For a conducting
-    /// leg the value is the phase current, without the small current that charges the terminal's capacitance.
+    /// Returns the current in A through each leg's devices, positive towards the motor. For a conducting leg it is the phase current; the
+    /// small current that charges the terminal's capacitance is neglected. For a leg without a conducting device it is zero, and a phase
+    /// current there charges the terminal's capacitance.
     ///
     /// ```
     /// use standstill_inverter::Conduction::{Blocked, LowerSwitch, UpperSwitch};
@@ -108,7 +108,7 @@ impl Snapshot {
     }
 }
 
-/// New state of a faulty part of the drive or motor.
+/// State of a part of the drive or motor after a fault has begun or ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Health {
     /// The part has broken.
@@ -126,30 +126,30 @@ pub enum Event {
     Gate(Phase, Gate),
     /// This leg changed to this conduction mode.
     Conduction(Phase, Conduction),
-    /// The rotor started, stopped or reached a stop: its new state of motion.
+    /// The rotor began to move, stopped, or reached an end of the brake's play. The value is its new state of motion.
     Motion(Motion),
-    /// The currents left the motor's flux map; the run ends.
+    /// The currents left the range of the motor's flux map. The run ends.
     LeftMap,
-    /// A comparator of this phase tripped; phase a also stands for the comparator in the DC link.
+    /// A comparator of this phase tripped. Phase a also stands for the comparator in the DC link.
     Trip(Phase),
-    /// This part broke, or works again.
+    /// This part broke or works again.
     Fault(Broken, Health),
-    /// The drive took a sample, with this reading.
+    /// The drive took a sample and obtained this reading.
     Sample(Reading<f64>),
 }
 
 /// An observer that receives snapshots and events of a run.
 pub trait Probe {
-    /// Returns the longest time in s between two snapshots; none if the observer needs no snapshots, so that the run does
-    /// not compute any.
+    /// Returns the longest time in s between two snapshots. None if the observer needs no snapshots; then the run computes none.
     fn resolution(&self) -> Option<f64>;
-    /// Returns whether the observer uses snapshots or events. If not, the run does not prepare them and takes no longer.
+    /// Returns whether the observer uses snapshots or events. If it uses neither, the run does not prepare them and takes no longer.
     fn watches(&self) -> bool {
         true
     }
-    /// Receives one snapshot. At an instant there are two snapshots with the same time: before and after the change.
+    /// Receives one snapshot. At an instant with a change there are two snapshots with the same time: one before and one after the
+    /// change.
     fn snapshot(&mut self, snapshot: &Snapshot);
-    /// Receives one event, at a time in s.
+    /// Receives one event and its time in s.
     fn event(&mut self, time: f64, event: Event);
 }
 
@@ -176,16 +176,16 @@ pub struct Trace {
     pub snapshots: Vec<Snapshot>,
     /// Events in order of time, each with its time in s.
     pub events: Vec<(f64, Event)>,
-    /// Channels and log of the detector.
+    /// Channels and log of the user's detector.
     pub own: Own,
 }
 
-/// Channels and log that a user's detector provides over a run, with times in s.
+/// Channels and log of a user's detector during a run. All times are in s.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Own {
     /// Names of the channels.
     pub names: Vec<String>,
-    /// Time and values of all channels after each step of the detector.
+    /// Values of all channels after each step of the detector, each row with its time.
     pub rows: Vec<(f64, Vec<f64>)>,
     /// Lines of the log, each with its time.
     pub log: Vec<(f64, String)>,

@@ -47,22 +47,22 @@ pub struct Schedule<V> {
     pub live: u32,
     /// Next instant of each machine in ns, apart from gate edges.
     pub stop: V,
-    /// Time in ns of each machine's next reading of the sensors or of its command's end, whichever is earlier.
+    /// Time in ns at which each machine next reads its sensors or ends its command, whichever is earlier.
     pub sample: V,
     /// A bit for each machine whose mode ends at `mode_end`.
     pub to_mode_end: u32,
-    /// Time in ns at which that mode ends.
+    /// Time in ns at which the mode ends, for each machine in `to_mode_end`.
     pub mode_end: V,
-    /// A bit for each machine that has no representable time closer to the end: the mode ends between `mode_end` and
-    /// the representable time before it.
+    /// A bit for each machine whose mode ends between `mode_end` and the last floating-point number before it. No floating-point number
+    /// is closer to the end.
     pub nearest: u32,
-    /// Guard of the mode that ends at `mode_end`; none if a margin was negative by rounding only.
+    /// Guard of the mode that ends at `mode_end`. None if a margin was negative only because of rounding.
     pub ending_mode: [Option<Guard>; MOST_LANES],
     /// Time in ns at which a current is expected to have charged a terminal to its bound.
     pub expected: V,
-    /// Leg of the terminal that is expected to reach its bound at `expected`.
+    /// Leg whose terminal is expected to reach its bound at the time `expected`.
     pub carried: [usize; MOST_LANES],
-    /// A bit for each machine for which an `expected` time was set when the conduction of its legs last changed.
+    /// A bit for each machine for which a time `expected` was set at the last change of its legs' conduction modes.
     pub swept: u32,
 }
 
@@ -75,14 +75,14 @@ pub struct StepControl<V: Wide> {
     pub next: V,
     /// Largest length in ns of a step.
     pub longest: V,
-    /// Last step length in ns for each number of floating terminals, from none to three: ringing terminals need shorter
-    /// steps than flowing currents.
+    /// Length in ns of the last step with no, one, two or three floating terminals. Floating terminals ring, and a ringing needs shorter
+    /// steps.
     pub next_by_floating: [V; 4],
     /// Number of successive rejected steps.
     pub refused: V,
-    /// Whether values inside steps are needed; if so, `begin` and `tried` of the outcome are those of the last step.
+    /// Whether values inside steps are needed. Then `begin` and `tried` of [`Outcome`] always belong to the last step.
     pub follow: bool,
-    /// Whether the referee integrates instead; only for a machine alone.
+    /// Whether the referee, an independent integrator, takes the steps. Possible only for a single machine.
     pub refereed: bool,
 }
 
@@ -97,39 +97,40 @@ pub struct Outcome<V: Wide> {
     pub steps: V,
     /// Number of attempted steps, accepted or not.
     pub evaluations: V,
-    /// State at the beginning of the last step.
+    /// State of the machines at the beginning of the last step.
     pub begin: Here<V>,
     /// The play cells at the beginning of the last step.
     pub begin_branch: Option<Branch<V>>,
     /// The last attempted step.
     pub tried: Tried<V>,
-    /// Result of the last step. Its fields are read one by one: a wide load of fields that were stored singly would have to wait
-    /// for all these stores.
+    /// Result of the last step. The code reads its fields one by one: they are stored one by one, and a wide load would wait for all
+    /// these stores.
     pub served: Served,
 }
 
-/// Result of a step: for each case, a bit mask of the machines.
+/// Result of a step. Each field is a bit mask of machines.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Served {
     /// Machines that took the step.
     pub accepted: u32,
     /// Machines that reached their next instant or the end of a mode.
     pub arrived: u32,
-    /// Machines in which a blocked leg's potential was out of its bounds before the step.
+    /// Machines with a blocked leg whose potential was out of its bounds already before the step.
     pub out_of_bounds: u32,
-    /// Machines that cannot go on: no step is short enough, too many steps in a row were rejected, or values are not numbers.
+    /// Machines that cannot continue, because no step is short enough, too many successive steps were rejected, or values are not
+    /// numbers.
     pub broken: u32,
-    /// Machines among the broken ones whose steps are exact enough, but pass the end of a mode however short they are.
+    /// Machines of `broken` whose steps are exact enough, but pass the end of a mode at any length.
     pub stuck: u32,
-    /// For each leg, machines whose request has been carried out, so that they need the next one.
+    /// For each leg, the machines whose request to this leg has been carried out. These machines need the leg's next request.
     pub carried_out: [u32; 3],
     /// Machines in which a mode ends within the step.
     crossed: u32,
 }
 
 impl<'a, V: Wide> Bank<'a, V> {
-    /// Makes a bank for machines of the same kind as this motor, inverter and sensors; `free`: whether rotors can move,
-    /// `follow`: whether values inside steps are needed.
+    /// Makes a bank for machines of the same kind as this motor, inverter and sensors. `free` says whether the rotors can move. `follow`
+    /// says whether values inside steps are needed.
     pub fn like(
         motor: &'a Motor,
         inverter: &Inverter,
@@ -175,7 +176,7 @@ impl<'a, V: Wide> Bank<'a, V> {
         }
     }
 
-    /// Makes a bank for machines of the same kind as that of a case; `follow`: whether values inside steps are needed.
+    /// Makes a bank for machines of the same kind as the machine of a case. `follow` says whether values inside steps are needed.
     pub fn of(case: &Case<'a>, follow: bool) -> Self {
         let sensors = &case.sensors.settings;
         let mut bank = Self::like(case.motor, &case.inverter, sensors, can_move(case.rotor), follow);
@@ -183,8 +184,8 @@ impl<'a, V: Wide> Bank<'a, V> {
         bank
     }
 
-    /// Tries one step of each live machine. If a mode ends within the step, the step is rejected and the next one ends
-    /// at the end of the mode.
+    /// Tries one step of each live machine. If a mode ends within the step, the step is rejected, and the next step is cut at the end of
+    /// the mode.
     pub fn step(&mut self) {
         if self.machine.is_rare() || self.control.refereed {
             V::compute(StepOf::<_, true>(self));
@@ -199,14 +200,14 @@ impl<'a, V: Wide> Bank<'a, V> {
         }
     }
 
-    /// Advances the filters and the pick-up of a lane's sensors by `h` seconds without current and without gate edges.
+    /// Advances the filters and the pick-up of one machine's sensors by `h` seconds in which no current flows and no gate switches.
     pub fn rest_sensors(&mut self, lane: usize, h: f64) {
         if self.sensed.is_some() {
             V::compute(RestOf(self, 1 << lane, h));
         }
     }
 
-    /// Returns the reason why a machine cannot step, as the error that ends its run.
+    /// Returns the error that ends the run of a machine that cannot step.
     pub fn why_broken(&self, lane: usize) -> RunError {
         let place = self.place(lane);
         let (state, current) = (&self.here.state, self.here.at.current.get(lane));
@@ -232,12 +233,13 @@ impl<'a, V: Wide> Bank<'a, V> {
         V::compute(LookAt(self, 1 << lane));
     }
 
-    /// Returns the state of the machines within the last step, at this share of it: 0 is its beginning, 1 its end.
+    /// Returns the state of the machines within the last step. `share` is the elapsed share of the step: 0 at its beginning, 1 at its
+    /// end.
     pub fn within(&self, share: f64) -> Here<V> {
         V::compute(There(self.span(share)))
     }
 
-    /// Returns a point within the last step, given as a share of the step.
+    /// Returns a time within the last step, together with the data of that step. `share` is the elapsed share of the step.
     pub fn span(&self, share: f64) -> Span<'_, 'a, V> {
         let Outcome { begin, begin_branch, tried, .. } = &self.outcome;
         let (machine, branch) = (&self.machine, begin_branch.as_ref());
@@ -245,7 +247,7 @@ impl<'a, V: Wide> Bank<'a, V> {
     }
 }
 
-/// New computation of the operating points of the selected machines (`u32`: lane mask) from their states.
+/// Computes the operating points of the selected machines anew from their states. The number is a bit mask of these machines.
 struct LookAt<'b, 'a, V: Wide>(&'b mut Bank<'a, V>, u32);
 
 impl<V: Wide> Compute for LookAt<'_, '_, V> {
@@ -265,7 +267,8 @@ impl<V: Wide> Compute for LookAt<'_, '_, V> {
     }
 }
 
-/// Advance of the sensors of the selected machines (`u32`: lane mask) by a time in s without current or switching.
+/// Advances the sensors of the selected machines by a time in s in which no current flows and no gate switches. The first number is a bit
+/// mask of these machines.
 struct RestOf<'b, 'a, V: Wide>(&'b mut Bank<'a, V>, u32, f64);
 
 impl<V: Wide> Compute for RestOf<'_, '_, V> {
@@ -281,7 +284,7 @@ impl<V: Wide> Compute for RestOf<'_, '_, V> {
     }
 }
 
-/// Computation of the machines' states at a point within a step.
+/// Computes the states of the machines at a time within a step.
 struct There<'b, 'a, V: Wide>(Span<'b, 'a, V>);
 
 impl<V: Wide> Compute for There<'_, '_, V> {

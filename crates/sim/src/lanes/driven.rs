@@ -11,9 +11,8 @@ use crate::physics::plane::Plane;
 use crate::sensing::{SensorSettings, Sensors};
 use crate::trace::{Probe, Snapshot};
 
-/// A machine, initially at rest, to which the caller gives commands. It is meant for programs in which no detector decides but
-/// a caller, such as a co-simulation. A copy continues independently; after the same commands its results are the same bit by
-/// bit.
+/// A machine, initially at rest, that carries out the commands of its caller. It serves programs without a detector, such as a
+/// co-simulation. A copy continues independently of the original: after the same commands, the results of both are bit by bit the same.
 ///
 /// ```
 /// use standstill_interface::{Command, Nanos, Phase, Sampling, Stage};
@@ -58,8 +57,8 @@ impl<'a> Driven<'a> {
         Self::watched(case, None, false, false)
     }
 
-    /// Makes a motor alone at rest, whose terminals are held at given potentials ([`Driven::feed`]). The case's
-    /// inverter and sensors have no effect: no ripple of the link, no terminal capacitance, no filter.
+    /// Makes a motor at rest without an inverter. [`Driven::feed`] sets the potentials of its terminals. The case's inverter and sensors
+    /// have no effect: there is no ripple of the link, no terminal capacitance and no filter.
     pub fn motor(case: &Case<'a>) -> Self {
         let mut alone = case.clone();
         alone.inverter.link = DcLink::stiff(case.inverter.link.voltage);
@@ -70,8 +69,8 @@ impl<'a> Driven<'a> {
         motor
     }
 
-    /// Makes a drive at rest with an observer; `ledger`: whether energies are integrated, `refereed`: whether the
-    /// referee takes the steps.
+    /// Makes a drive at rest with an observer. `ledger` says whether energies are integrated. `refereed` says whether the referee takes
+    /// the steps.
     pub(super) fn watched(
         case: &Case<'a>,
         probe: Option<&'a mut dyn Probe>,
@@ -87,10 +86,10 @@ impl<'a> Driven<'a> {
         Self { bank, control }
     }
 
-    /// Carries out a command to its end and returns its readings.
+    /// Carries out a command to its end and returns the readings taken during the command.
     ///
     /// # Errors
-    /// The command is invalid, or the machine cannot continue. The machine then stays at the instant of the error.
+    /// The command is invalid, or the machine cannot continue. After an error the machine stays at the time of the error.
     pub fn carry_out(&mut self, command: &Command<f64>) -> Result<&[Reading<f64>], RunError> {
         let Self { bank, control } = self;
         let mut want = control.command(bank, command);
@@ -129,8 +128,8 @@ impl<'a> Driven<'a> {
         }
     }
 
-    /// Holds the terminals of a [`Driven::motor`] at these potentials in V for a duration. A common part of the
-    /// potentials has no effect: the winding's neutral is not connected.
+    /// Holds the terminals of a [`Driven::motor`] at these potentials in V for a duration. A voltage added to all three potentials has no
+    /// effect, because the winding's neutral is not connected.
     ///
     /// # Errors
     /// The errors of [`Driven::carry_out`], or [`RunError::NotFinite`] if a potential is not a finite number.
@@ -143,7 +142,7 @@ impl<'a> Driven<'a> {
         self.carry_out(&Command::hold(Stage::off(duration), Sampling::NONE)).map(|_| ())
     }
 
-    /// Returns the readings of the last command.
+    /// Returns the readings taken during the last command.
     pub fn readings(&self) -> &[Reading<f64>] {
         self.control.readings()
     }

@@ -30,7 +30,7 @@ impl<V: Wide> Bank<'_, V> {
         self.keep_core(tried);
     }
 
-    /// Finds the mode of a machine that ends first within the step just tried, and the time of its end.
+    /// Finds which mode of a machine ends first within the last attempted step, and at what time.
     pub(super) fn find_end(&mut self, lane: usize) {
         let mut first = First::NONE;
         self.legs_end(lane, &mut first);

@@ -6,20 +6,20 @@ use standstill_numeric::MOST_LANES;
 use super::Host;
 use crate::case::{Case, Ended, Finished, Run, RunError};
 
-/// Adapter between a detector and the engine: converts readings and commands between their numeric types, and keeps
-/// the detector's outcome.
+/// Adapter between a detector and the engine. It converts readings and commands between the detector's and the engine's type of numbers,
+/// and stores the detector's outcome.
 pub struct Adapter<T: Real> {
     readings: Vec<Reading<T>>,
     outcome: Option<Outcome<T>>,
 }
 
 impl<T: Real> Adapter<T> {
-    /// Makes an adapter for a run that has not begun.
+    /// Makes an adapter for a new run.
     pub fn new() -> Self {
         Self { readings: Vec::new(), outcome: None }
     }
 
-    /// Returns the detector's command after these readings; `None` if the detector is done.
+    /// Returns the detector's command after these readings, or `None` if the detector has finished.
     pub fn step<D: Detector<T> + ?Sized>(
         &mut self,
         detector: &mut D,
@@ -63,7 +63,7 @@ pub struct Slots<T: Real, D, C, F> {
     lanes: [Option<Slot<T, D>>; MOST_LANES],
 }
 
-/// A case in a lane: its number, its detector and its adapter.
+/// A case that runs in a lane, with its number, its detector and its adapter.
 struct Slot<T: Real, D> {
     number: usize,
     detector: Option<D>,
@@ -71,7 +71,7 @@ struct Slot<T: Real, D> {
 }
 
 impl<T: Real, D, C, F> Slots<T, D, C, F> {
-    /// Makes the slots for these cases; `done` receives each run with the number of its case.
+    /// Makes the slots for these cases. `done` receives each finished run together with the number of its case.
     pub fn new(cases: C, done: F) -> Self {
         Self { cases, done, begun: 0, lanes: [const { None }; MOST_LANES] }
     }
@@ -120,15 +120,15 @@ fn command_of<T: Real>(command: &Command<T>) -> Command<f64> {
     }
 }
 
-/// Converts a stage to double precision, leg by leg. `map` of an array is not inlined and would make a short detection
-/// 2 % slower.
+/// Converts a stage to double precision, leg by leg. The legs are written out, because `map` of an array is not inlined and would make a
+/// short detection 2 % slower.
 #[inline]
 fn stage_of<T: Real>(stage: &Stage<T>) -> Stage<f64> {
     let Abc([a, b, c]) = &stage.legs;
     Stage { legs: Abc([leg_of(a), leg_of(b), leg_of(c)]), duration: stage.duration }
 }
 
-/// Converts a leg's part of a stage to double precision.
+/// Converts the part of a stage for one leg to double precision.
 #[inline]
 fn leg_of<T: Real>(leg: &Leg<T>) -> Leg<f64> {
     match *leg {

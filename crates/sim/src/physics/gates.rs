@@ -20,7 +20,7 @@ use standstill_numeric::{Mask, Wide};
 /// A time in ns that never comes.
 pub const NEVER: f64 = f64::INFINITY;
 
-/// The switches of a leg that are on: for each switch a mask with one bit per machine.
+/// The switches of one leg that are on. Each field is a mask with one bit per machine.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct On<M = u32> {
     /// The upper switch.
@@ -52,60 +52,60 @@ impl On {
 }
 
 impl<M: Mask> On<M> {
-    /// Returns the machines in which turning these switches on or off affects the leg's conduction. `out`, `into`: machines
-    /// whose current flows out of the leg, or into it; `both`: machines whose switches conduct in both directions. In all
-    /// others a current through a diode stays there whatever the parallel switch does.
+    /// Returns the machines in which turning these switches on or off affects the leg's conduction. `out` and `into` are the machines
+    /// whose current flows out of the leg and into it. `both` are the machines whose switches conduct in both directions; in the other
+    /// machines a diode's current does not depend on the parallel switch.
     #[inline(always)]
     fn matter(self, out: M, into: M, both: M) -> M {
         (out & self.high) | (into & self.low) | ((both | !(out | into)) & (self.high | self.low))
     }
 }
 
-/// The gates of one leg of each machine. Times in ns.
+/// The gates of one leg in each machine. All times are in ns.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LegGates<V> {
-    /// Time from which the gate is `from`, until `off`.
+    /// Time at which the gate becomes `from`. It remains `from` until the time `off`.
     done: V,
     /// Time at which the pending request turns both switches off.
     off: V,
-    /// Time at which the pending request turns its own switch on.
+    /// Time at which the pending request turns the requested switch on.
     on: V,
-    /// Gate of the request that is being carried out.
+    /// Gate state that the request being carried out has requested.
     from: On,
-    /// Gate of the pending request.
+    /// Gate state that the pending request has requested.
     to: On,
     /// Duration from a request for the upper switch to the next request for the lower switch.
     high_for: V,
     /// Duration from a request for the lower switch to the next request for the upper switch.
     low_for: V,
-    /// Duration from a request's turn-off to the turn-on of its switch.
+    /// Time between the turn-off and the turn-on of one request.
     dead: V,
-    /// Latest turn-off time of an alternating request.
+    /// Latest turn-off time of any alternating request.
     alternates_until: V,
 }
 
-/// Alternating requests for the two switches of a leg, each long enough to turn its switch on. Times in ns.
+/// Alternating requests for the two switches of a leg. Each request lasts long enough to turn its switch on. All times are in ns.
 #[derive(Clone, Copy, Debug)]
 pub struct Alternation {
     /// Duration from a request for the upper switch to the next request for the lower switch.
     pub high_for: f64,
     /// Duration from a request for the lower switch to the next request for the upper switch.
     pub low_for: f64,
-    /// Duration from a request's turn-off to the turn-on of its switch.
+    /// Time between the turn-off and the turn-on of one request.
     pub dead: f64,
-    /// Latest turn-off time of an alternating request.
+    /// Latest turn-off time of any alternating request.
     pub until: f64,
 }
 
 impl<V: Wide> LegGates<V> {
-    /// Makes gates that are off, without a pending request.
+    /// Makes gates in the off state, without pending requests.
     pub fn new() -> Self {
         let mut gates = Self::default();
         (0..V::LANES).for_each(|lane| gates.clear(lane));
         gates
     }
 
-    /// Lets the requests after the pending one of a lane alternate between upper and lower switch, with these intervals.
+    /// Sets that, after the pending request of a lane, requests for the upper and the lower switch alternate at the intervals `by`.
     pub fn alternate(&mut self, lane: usize, by: Alternation) {
         self.high_for.put(lane, by.high_for);
         self.low_for.put(lane, by.low_for);
@@ -113,13 +113,13 @@ impl<V: Wide> LegGates<V> {
         self.alternates_until.put(lane, by.until);
     }
 
-    /// Returns the turn-off time in ns and the gate of the pending request.
+    /// Returns the turn-off time in ns and the gate state of the pending request.
     pub fn coming(&self, lane: usize) -> (f64, Gate) {
         (self.off.get(lane), self.to.of(lane))
     }
 
-    /// Replaces executed requests by the next ones in lanes whose requests alternate. Returns the other lanes with an
-    /// executed request, for which the caller must set the next one.
+    /// In lanes with alternating requests, replaces executed requests by the next ones. Returns the other lanes with an executed request:
+    /// for these the caller must set the next request.
     #[inline(always)]
     pub fn follow_on(&mut self, carried_out: V::Mask) -> V::Mask {
         let next = self.off + V::choose(V::Mask::of_bits(self.to.high), self.high_for, self.low_for);
@@ -135,7 +135,7 @@ impl<V: Wide> LegGates<V> {
         carried_out & !follows
     }
 
-    /// Clears the gates of a lane: off, without a pending request.
+    /// Turns the gates of a lane off and removes the pending request.
     pub fn clear(&mut self, lane: usize) {
         self.done.put(lane, -NEVER);
         self.from.put(lane, Gate::Off);
@@ -147,7 +147,7 @@ impl<V: Wide> LegGates<V> {
         self.off.get(lane) == NEVER
     }
 
-    /// Sets the pending request: its turn-off time in ns, its turn-on time in ns, and its gate; `None` for no request.
+    /// Sets the pending request of a lane: its turn-off time in ns, its turn-on time in ns, and its gate state. `None` means no request.
     pub fn expect(&mut self, lane: usize, request: Option<(f64, f64, Gate)>) {
         let (off, on, gate) = request.unwrap_or((NEVER, NEVER, Gate::Off));
         self.off.put(lane, off);
@@ -156,18 +156,18 @@ impl<V: Wide> LegGates<V> {
         self.alternates_until.put(lane, -NEVER);
     }
 
-    /// Returns the turn-on time in ns of the pending request's gate; none if the request is for both switches off.
+    /// Returns the time in ns at which the pending request turns a switch on. None if it requests both switches off.
     pub fn comes_on(&self, lane: usize) -> Option<f64> {
         (self.to.of(lane) != Gate::Off).then(|| self.on.get(lane))
     }
 
-    /// Cancels the turn-on of the pending request, because the next request turns the leg off before that time.
+    /// Cancels the turn-on of the pending request. It would come too late, because the next request turns the leg off earlier.
     pub fn lose(&mut self, lane: usize) {
         let off = self.off.get(lane);
         self.expect(lane, Some((off, off, Gate::Off)));
     }
 
-    /// Replaces the request that is being carried out: its turn-on time in ns, and its gate.
+    /// Replaces the request that is being carried out. The pair contains the new request's turn-on time in ns and its gate state.
     pub fn put_under_way(&mut self, lane: usize, (on, gate): (f64, Gate)) {
         self.done.put(lane, if gate == Gate::Off { -NEVER } else { on });
         self.from.put(lane, gate);
@@ -180,7 +180,7 @@ impl<V: Wide> LegGates<V> {
         self.from.put(lane, to);
     }
 
-    /// Returns the switches that are on, each lane at its own time in ns.
+    /// Returns the switches that are on. `time` contains for each lane its own time in ns.
     #[inline(always)]
     pub fn at(&self, time: V) -> On<V::Mask> {
         let (from, to) = (self.from.masks::<V::Mask>(), self.to.masks::<V::Mask>());
@@ -190,7 +190,7 @@ impl<V: Wide> LegGates<V> {
         On { high: (first & from.high) | (second & to.high), low: (first & from.low) | (second & to.low) }
     }
 
-    /// Returns the gate of one lane at a time in ns.
+    /// Returns the gate state of one lane at a time in ns.
     pub fn of(&self, lane: usize, time: f64) -> Gate {
         if time < self.off.get(lane) {
             if time < self.done.get(lane) { Gate::Off } else { self.from.of(lane) }
@@ -201,9 +201,9 @@ impl<V: Wide> LegGates<V> {
         }
     }
 
-    /// Returns the time in ns of the next edge after `time` that may affect a leg whose current has these directions; `both`:
-    /// whether its switches conduct in both directions. An edge that it returns may have no effect, but no edge with an effect
-    /// is left out.
+    /// Returns the time in ns of the next gate edge after `time` that may affect the leg's conduction. `out` and `into` are the lanes
+    /// whose current flows out of the leg and into it. `both` are the lanes whose switches conduct in both directions. No edge with an
+    /// effect is left out, but a returned edge may have no effect.
     #[inline(always)]
     pub fn next_edge(&self, time: V, out: V::Mask, into: V::Mask, both: V::Mask) -> V {
         let from = self.from.masks::<V::Mask>().matter(out, into, both);
@@ -211,15 +211,15 @@ impl<V: Wide> LegGates<V> {
         V::choose(from & self.done.above(time), self.done.least(later), later)
     }
 
-    /// Returns the lanes in which, at times in ns, the pending request can have no further effect on a leg whose current has
-    /// these directions.
+    /// Returns the lanes in which the pending request can have no further effect on the leg's conduction at `time` in ns. The masks are
+    /// those of [`Self::next_edge`].
     #[inline(always)]
     pub fn carried_out(&self, time: V, out: V::Mask, into: V::Mask, both: V::Mask) -> V::Mask {
         let to = self.to.masks::<V::Mask>().matter(out, into, both);
         !self.on.above(time) | (!self.off.above(time) & !self.done.above(time) & !to)
     }
 
-    /// Returns the next edge of a lane after a time in ns, and the new gate.
+    /// Returns the time in ns of a lane's next gate edge after `time`, and the gate state after this edge.
     pub fn next_of(&self, lane: usize, time: f64) -> (f64, Gate) {
         let (done, off, on) = (self.done.get(lane), self.off.get(lane), self.on.get(lane));
         if time < done && done < off {
@@ -231,8 +231,8 @@ impl<V: Wide> LegGates<V> {
         }
     }
 
-    /// Returns the result of [`Self::carried_out`] for one lane; `direction`: +1 for current into the motor, −1 for current out of
-    /// it, 0 for none.
+    /// Returns the result of [`Self::carried_out`] for one lane. `direction` is +1 for a current into the motor, −1 for a current out of
+    /// it, and 0 for none. `both` says whether the switches conduct in both directions.
     pub fn is_carried_out(&self, lane: usize, time: f64, direction: f64, both: bool) -> bool {
         let to = self.to.of(lane);
         let matters = match to {

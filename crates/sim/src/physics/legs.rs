@@ -10,52 +10,52 @@ use super::gates::{LegGates, On};
 use super::plane::Plane;
 use super::terminals::of_legs;
 
-/// The legs of the inverters: their devices, their gates, and the directions of their currents.
+/// The legs of the inverters, with their devices, their gates and the directions of their currents.
 #[derive(Clone, Debug, Default)]
 pub struct Legs<V: Wide> {
-    /// For each leg the magnetic axis, in the run's plane, of the phase that it feeds.
+    /// For each leg, the magnetic axis of the phase that it feeds, as a vector in the run's plane.
     pub axes: [Plane<V>; 3],
-    /// Drop in V and resistance in Ω of a switch.
+    /// Voltage drop in V and resistance in Ω of a switch.
     switch: [V; 2],
-    /// Drop in V and resistance in Ω of a diode.
+    /// Voltage drop in V and resistance in Ω of a diode.
     diode: [V; 2],
-    /// Drop in V and resistance in Ω of the device that carries a leg's current in the reverse direction of its
-    /// switch while that switch is on.
+    /// Voltage drop in V and resistance in Ω of a leg with a switch on that carries a current in this switch's reverse direction.
     reverse: [V; 2],
     /// Bit mask of the machines whose switches are MOSFETs.
     mosfets: u32,
-    /// Voltage in V by which the potential of each leg with both switches off may exceed the rails; infinite for a leg
-    /// whose wire is open.
+    /// Voltage in V by which the potential of a leg may exceed the rails while both its switches are off. Infinite for a leg with an open
+    /// wire.
     beyond: [V; 3],
     /// Resistance in Ω of each wire's contacts, in series with its phase.
     contact: [V; 3],
     /// Phase that each leg of each machine feeds.
     wires: [[usize; 3]; MOST_LANES],
-    /// Inverse capacitance of each terminal in 1/F, if terminals have a capacitance. A leg in which no device conducts
-    /// then carries the current that charges its terminal, and no leg is blocked.
+    /// Inverse capacitance of each terminal in 1/F; none if the terminals have no capacitance. With a capacitance, the current of a leg
+    /// without a conducting device charges its terminal, so that no leg is blocked.
     pub elastance: Option<V>,
-    /// Rate in 1/s at which the dividers discharge the terminals, 1/(R C); none without capacitance, or if no divider
-    /// draws a current.
+    /// Rate 1/(R C) in 1/s at which the dividers discharge the terminals. None if the terminals have no capacitance or the dividers draw
+    /// no current.
     pub leak: Option<V>,
-    /// Resistance in Ω in series with each leg in which no device conducts: it damps the ringing of the terminal's capacitance
-    /// with the winding. A resistance of the leg, unlike one of the whole winding, makes no voltage jump when a device begins
-    /// or ceases to conduct, because the leg's current is zero at that time. With a jump, neither mode could last.
+    /// Resistance in Ω in series with each leg without a conducting device. It damps the ringing of the terminal's capacitance with the
+    /// winding. A resistance in the leg makes no voltage jump when a device begins or ceases to conduct, because the leg's current is
+    /// zero then. A resistance of the whole winding would make a jump, after which neither mode could last.
     ringing: V,
-    /// Gates, leg by leg.
+    /// Gates of each leg.
     pub gates: [LegGates<V>; 3],
     /// For each leg, a bit for each machine whose current flows out of the leg, into the motor.
     pub out: [u32; 3],
-    /// For each leg, a bit for each machine whose current flows into the leg. A leg without either bit is blocked.
+    /// For each leg, a bit for each machine whose current flows into the leg, out of the motor. A leg with neither of the two bits is
+    /// blocked.
     pub into: [u32; 3],
-    /// Vector of the terminals' voltages in V if an external source holds the terminals; the legs then have no effect.
+    /// Voltage vector in V of the terminals, if an external source holds them. The legs then have no effect.
     pub fed: Option<Plane<V>>,
 }
 
-/// Terminal voltage of a conducting leg, `u = rail · U_dc + offset − resistance · i`; all values are zero for other
-/// legs.
+/// Coefficients of the terminal voltage of a conducting leg, `u = rail · U_dc + offset − resistance · i`. For a leg without current, all
+/// coefficients are zero.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Leg<V> {
-    /// The leg's share of the link's voltage: 1 at the positive rail, 0 at the negative.
+    /// Coefficient of the link's voltage: 1 at the positive rail, 0 at the negative rail.
     pub rail: V,
     /// Constant part of the voltage in V.
     pub offset: V,
@@ -65,7 +65,7 @@ pub struct Leg<V> {
     pub direction: V,
 }
 
-/// The legs at one time: which of them carry current, and the voltage source with resistance that each of them is.
+/// The legs at one time. The struct states which legs carry current, and describes each of them as a voltage source with a resistance.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Conducting<V: Wide> {
     /// Coefficients of each leg's terminal voltage.
@@ -74,14 +74,14 @@ pub struct Conducting<V: Wide> {
     pub flows: [V::Mask; 3],
     /// Lanes where no leg carries current.
     pub idle: V::Mask,
-    /// Switches that are on, leg by leg.
+    /// Switches that are on in each leg.
     pub on: [On<V::Mask>; 3],
     /// The voltage vector and the resistance matrix of the three legs together, including the winding's resistance.
     pub terminals: Terminals<V>,
 }
 
-/// The three legs and the winding's resistance as one voltage source (a vector) with a resistance (a matrix), for a winding whose
-/// neutral is not connected.
+/// The three legs and the winding's resistance as one voltage source with an internal resistance. The voltage is a vector, the resistance
+/// a matrix. The winding's neutral is not connected.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Terminals<T> {
     /// Part of the terminals' voltage vector that is proportional to the link's voltage, in V per V.
@@ -90,13 +90,13 @@ pub struct Terminals<T> {
     pub offset: Plane<T>,
     /// Resistance of devices, contacts and winding in Ω, as a matrix in the run's plane.
     pub resistance: Symmetric<T>,
-    /// Axis of the leg that is blocked while the others conduct; zero if there is none.
+    /// Magnetic axis of the leg that is blocked while the other two legs conduct. Zero if there is no such leg.
     pub blocked: Plane<T>,
-    /// 1 if no leg is blocked while the others conduct, else 0.
+    /// 0 if one leg is blocked while the other two conduct, else 1.
     pub none_blocked: T,
 }
 
-/// Lower and upper limit of the potential of a blocked leg, each as a share of the link's voltage plus a constant in V.
+/// Lower and upper limit of the potential of a blocked leg. Each limit is a share of the link's voltage plus a constant in V.
 #[derive(Clone, Copy, Debug)]
 pub struct Range<V> {
     low: [V; 2],
@@ -118,8 +118,8 @@ impl<V: Lane> Range<V> {
 }
 
 impl<V: Wide> Legs<V> {
-    /// Makes legs that are all blocked and off, for rotors at zero; `capacitive`: whether terminals have a
-    /// capacitance, `leaky`: whether dividers discharge it.
+    /// Makes legs that are all blocked and off, for rotors at angle zero. `capacitive` says whether the terminals have a capacitance.
+    /// `leaky` says whether dividers discharge it.
     pub fn idle(capacitive: bool, leaky: bool) -> Self {
         let elastance = capacitive.then_some(V::of(0.0));
         let leak = (capacitive && leaky).then_some(V::of(0.0));
@@ -131,7 +131,7 @@ impl<V: Wide> Legs<V> {
         legs
     }
 
-    /// Sets the phase axes of a lane whose run's plane has this heading in the stator's plane.
+    /// Sets the magnetic axes of the phases in a lane. `start` is the heading of the run's plane in the stator's plane.
     pub fn put_axes(&mut self, lane: usize, start: Heading) {
         for (to, phase) in self.axes.iter_mut().zip(self.wires[lane]) {
             to.put(lane, Plane::from_stator(AXES[phase], start));
@@ -153,7 +153,8 @@ impl<V: Wide> Legs<V> {
         self.contact.iter_mut().zip(contacts).for_each(|(to, contact)| to.put(lane, contact));
     }
 
-    /// Returns the resistance in Ω of winding and contacts of a lane, in the run's plane; `winding`: resistance of a phase in Ω.
+    /// Returns the resistance in Ω of a lane's winding and contacts, as a matrix in the run's plane. `winding` is the resistance of one
+    /// phase in Ω.
     pub fn resistance(&self, lane: usize, winding: f64) -> Symmetric {
         let alone = Symmetric::new(winding, 0.0, winding);
         let contact = self.contact.each_ref().map(|contact| contact.get(lane));
@@ -163,7 +164,7 @@ impl<V: Wide> Legs<V> {
         of_legs(&self.axes.each_ref().map(|axis| axis.get(lane)), &contact, alone)
     }
 
-    /// Connects each terminal of a lane to the negative rail by a divider of this resistance in Ω. Must be called after
+    /// Connects a divider of this resistance in Ω between each terminal of a lane and the negative rail. Must be called after
     /// [`Self::put_bridge`].
     pub fn put_load(&mut self, lane: usize, resistance: Option<f64>) {
         if let (Some(leak), Some(elastance), Some(resistance)) = (&mut self.leak, &self.elastance, resistance)
@@ -172,8 +173,8 @@ impl<V: Wide> Legs<V> {
         }
     }
 
-    /// Sets how far the legs of a lane may float beyond the rails: without limit if their wire is open or the bridge has
-    /// no diodes, else by the diodes' drop.
+    /// Sets how far the potentials of a lane's legs may exceed the rails while no device conducts: by the diodes' drop, or without limit
+    /// if the wire is open or the bridge has no diodes.
     pub fn put_open(&mut self, lane: usize, bridge: &Bridge) {
         let diode_drop = bridge.devices.diode_drop;
         for (to, open) in self.beyond.iter_mut().zip(bridge.disconnected) {
@@ -204,8 +205,8 @@ impl<V: Wide> Legs<V> {
         self.put(lane, [Conduction::Blocked; 3]);
     }
 
-    /// Sets the conduction modes of a lane's legs from now on. A single conducting leg carries no current, unless the
-    /// terminals of the other legs have a capacitance.
+    /// Sets the conduction modes of a lane's legs from now on. If only one leg conducts, its current is zero, unless the terminals of the
+    /// other legs have a capacitance.
     pub fn put(&mut self, lane: usize, modes: Modes) {
         let conducting = modes.iter().filter(|mode| **mode != Conduction::Blocked).count();
         let flows = conducting > 1 || self.elastance.is_some();
@@ -221,7 +222,7 @@ impl<V: Wide> Legs<V> {
         f64::from(self.out[k] >> lane & 1) - f64::from(self.into[k] >> lane & 1)
     }
 
-    /// Returns whether a lane's switches are MOSFETs: then all edges of their gates affect conduction.
+    /// Returns whether a lane's switches are MOSFETs. With MOSFETs, every edge of a gate affects conduction.
     pub fn has_mosfets(&self, lane: usize) -> bool {
         self.mosfets >> lane & 1 == 1
     }
@@ -252,7 +253,7 @@ impl<V: Wide> Legs<V> {
         [a.dot(current), b.dot(current), c.dot(current)]
     }
 
-    /// Returns, lane by lane, the time in ns of the next gate edge after `time` that may affect the legs' currents.
+    /// Returns for each lane the time in ns of the next gate edge after `time` that may affect the legs' currents.
     #[inline(always)]
     pub fn next_edge(&self, time: V) -> V {
         let mut edge = V::of(f64::INFINITY);
@@ -263,14 +264,14 @@ impl<V: Wide> Legs<V> {
         edge
     }
 
-    /// Returns for each leg the lanes in which its pending request has been carried out at times in ns.
+    /// Returns for each leg the lanes in which the leg's pending request has been carried out at `time` in ns.
     #[inline(always)]
     pub fn carried_out(&self, time: V) -> [V::Mask; 3] {
         [self.carried_out_of(0, time), self.carried_out_of(1, time), self.carried_out_of(2, time)]
     }
 
-    /// Replaces executed requests by the next ones in lanes whose requests alternate. Returns the other lanes with an
-    /// executed request, for which the caller must set the next one.
+    /// In lanes with alternating requests, replaces executed requests by the next ones. Returns the other lanes with an executed request:
+    /// for these the caller must set the next request.
     #[inline(always)]
     pub fn follow_on(&mut self, carried_out: [V::Mask; 3]) -> [V::Mask; 3] {
         let [a, b, c] = &mut self.gates;
@@ -288,7 +289,7 @@ impl<V: Wide> Legs<V> {
         [V::Mask::of_bits(self.out[k]), V::Mask::of_bits(self.into[k])]
     }
 
-    /// Returns the conduction of the legs at times in ns; `winding`: resistance of a phase of the winding in Ω.
+    /// Returns the conduction of the legs at `time` in ns. `winding` is the resistance of one phase of the winding in Ω.
     #[inline(always)]
     pub fn at<const RARE: bool>(&self, time: V, winding: V) -> Conducting<V> {
         let capacitive = self.elastance_if::<RARE>().is_some();
@@ -352,8 +353,8 @@ impl<V: Wide> Legs<V> {
         (leg, flows, on)
     }
 
-    /// Returns the lowest and the highest potential of the blocked leg, beyond which one of its devices begins to conduct; for machines
-    /// with exactly one blocked leg.
+    /// Returns the limits of the potential of the blocked leg. Beyond a limit one of the leg's devices begins to conduct. Valid for
+    /// machines with exactly one blocked leg.
     #[inline(always)]
     pub fn range_of_blocked(&self, at: &Conducting<V>) -> Range<V> {
         let [a, b, c] = [!at.flows[0], !at.flows[1], !at.flows[2]];
@@ -365,7 +366,8 @@ impl<V: Wide> Legs<V> {
         self.range_beyond(&on, V::choose(a, of_a, V::choose(b, of_b, of_c)))
     }
 
-    /// Returns the lowest and the highest potential of leg `k` with these switches on, beyond which one of its devices begins to conduct.
+    /// Returns the limits of the potential of leg `k` while these switches are on. Beyond a limit one of the leg's devices begins to
+    /// conduct.
     #[inline(always)]
     pub fn range(&self, k: usize, on: &On<V::Mask>) -> Range<V> {
         self.range_beyond(on, self.beyond[k])

@@ -5,14 +5,15 @@ use std::f64::consts::TAU;
 use standstill_inverter::{DcLink, Source};
 use standstill_numeric::{Lane, Wide};
 
-/// DC links of one kind: all with or all without ripple, sag and storage, but each with its own values.
+/// DC links of one kind. Either all of them have a ripple or none has one; the same holds for a sag and for a storage. Their values may
+/// differ.
 #[derive(Clone, Debug)]
 pub struct Links<V: Wide> {
     /// Mean voltage of the source in V.
     voltage: V,
     ripple: Option<Ripples<V>>,
     sag: Option<Sags<V>>,
-    /// Capacitor and source resistance.
+    /// Capacitor and source resistance; none for a link without a capacitor.
     pub storage: Option<Storages<V>>,
 }
 
@@ -25,7 +26,7 @@ struct Ripples<V: Wide> {
     frequency: V,
     /// Phase in rad.
     phase: V,
-    /// 1 over the square of the angular frequency, in s²/rad².
+    /// Reciprocal of the squared angular frequency in s²/rad².
     per_square: V,
 }
 
@@ -36,21 +37,21 @@ struct Sags<V: Wide> {
     half: V,
     /// Start in s since the start of the run.
     start: V,
-    /// 1 over the sag's duration in 1/s.
+    /// Reciprocal of the sag's duration in 1/s.
     rate: V,
 }
 
-/// Capacitors of the links, fed through source resistances.
+/// Capacitors of the links. Sources charge them through resistances.
 #[derive(Clone, Debug, Default)]
 pub struct Storages<V: Wide> {
-    /// Rate of charging 1/(R C) in 1/s.
+    /// Reciprocal 1/(R C) of the charging time constant in 1/s.
     pub rate: V,
     /// Elastance 1/C in 1/F.
     pub elastance: V,
 }
 
 impl<V: Wide> Links<V> {
-    /// Makes links of the same kind as `link`, with its values in all lanes.
+    /// Makes links of the same kind as `link`. All lanes have the values of `link`.
     pub fn like(link: &DcLink) -> Self {
         let mut links = Self {
             voltage: V::of(0.0),
@@ -64,14 +65,14 @@ impl<V: Wide> Links<V> {
         links
     }
 
-    /// Returns whether a link is of this kind: with or without ripple, sag and storage as these.
+    /// Returns whether a link is of the same kind as these: with or without ripple, sag and storage.
     pub fn fits(&self, link: &DcLink) -> bool {
         self.ripple.is_some() == (link.ripple != 0.0)
             && self.sag.is_some() == link.sag.is_some()
             && self.storage.is_some() == link.storage.is_some()
     }
 
-    /// Returns whether the link's voltage can change enough between two instants to make legs without current conduct.
+    /// Returns whether the link's voltage can change so much between two instants that legs without current begin to conduct.
     pub const fn vary(&self) -> bool {
         self.sag.is_some() || self.storage.is_some()
     }
@@ -97,7 +98,7 @@ impl<V: Wide> Links<V> {
         }
     }
 
-    /// Returns the voltages in V of the sources and their slopes in V/s, at times in s.
+    /// Returns the voltages in V of the sources, and their slopes in V/s, at the times `t` in s.
     #[inline(always)]
     pub fn source(&self, t: V) -> Source<V> {
         let ripple = self.ripple.as_ref().map(|ripple| [ripple.amplitude, ripple.frequency, ripple.phase]);
@@ -105,7 +106,8 @@ impl<V: Wide> Links<V> {
         Source::at(self.voltage, ripple, sag, t)
     }
 
-    /// Returns the source of one lane at a time in s, bit by bit equal to [`Self::source`].
+    /// Returns the voltage and slope of one lane's source at the time `t` in s. The values are bit by bit equal to those of
+    /// [`Self::source`].
     pub fn source_of(&self, lane: usize, t: f64) -> Source<f64> {
         let one = |packs: [&V; 3]| packs.map(|pack| pack.get(lane));
         let ripple =
@@ -114,9 +116,8 @@ impl<V: Wide> Links<V> {
         Source::at(self.voltage.get(lane), ripple, sag, t)
     }
 
-    /// Returns the integral of the source's voltage over a step of `h` seconds, in V·s, from its values and slopes at
-    /// both ends. The result is exact for a ripple; for a sag it is the integral of the cubic through both values and
-    /// slopes.
+    /// Returns the integral in V·s of the source's voltage over a step of `h` seconds. It is computed from the values and slopes at both
+    /// ends. For a ripple it is exact. For a sag it is the integral of the cubic with these values and slopes.
     #[inline(always)]
     pub fn area(&self, h: V, begin: Source<V>, end: Source<V>) -> V {
         match (&self.ripple, &self.sag) {
@@ -128,8 +129,8 @@ impl<V: Wide> Links<V> {
     }
 }
 
-/// Returns the integral over the length `h` of the cubic with these values and slopes at its ends: h/2 (y₀ + y₁) +
-/// h²/12 (y₀′ − y₁′).
+/// Returns the integral of a cubic over the length `h`: h/2 (y₀ + y₁) + h²/12 (y₀′ − y₁′). `value` and `slope` are those at both ends of
+/// the cubic.
 #[inline(always)]
 pub fn hermite_area<T: Lane>(h: T, value: [T; 2], slope: [T; 2]) -> T {
     h * 0.5 * (value[0] + value[1]) + h * h * (1.0 / 12.0) * (slope[0] - slope[1])

@@ -24,12 +24,12 @@ use super::state::State;
 use crate::effect::shorted::Shorted;
 use crate::effect::{Branch, BranchPoint, keep_symmetric};
 
-/// Machines of one kind, one in each lane: their equations have the same form, their parameters may differ.
+/// Machines of one kind, one in each lane. Their equations have the same form; their parameters may differ.
 #[derive(Clone, Debug)]
 pub struct Machine<'a, V: Wide> {
     /// Parameters of the magnetic circuits, one lane for each machine.
     pub circuits: Circuits<V>,
-    /// The magnetic circuits whose parameters `circuits` contains.
+    /// The magnetic circuits from which the parameters in `circuits` come.
     pub cores: [&'a MagneticCircuit; MOST_LANES],
     /// Resistance of the winding in Ω.
     pub resistance: V,
@@ -37,9 +37,9 @@ pub struct Machine<'a, V: Wide> {
     pub links: Links<V>,
     /// The legs and their conduction modes.
     pub legs: Legs<V>,
-    /// Heading (sine and cosine of the angle) of each run's plane in the stator's plane: the initial angle of the rotor.
+    /// Initial angle of each rotor as a heading (sine and cosine). It is also the angle of the run's plane in the stator's plane.
     pub start: Heading<V>,
-    /// The play cells in parallel to the machines' cores; none without hysteresis.
+    /// The play cells in parallel with the machines' cores. None without hysteresis.
     pub branch: Option<Branch<V>>,
     /// Shorted turns; none if no machine has them.
     pub shorted: Option<Shorted<V>>,
@@ -52,48 +52,48 @@ pub struct Machine<'a, V: Wide> {
 pub struct Rotors<V: Wide> {
     /// 1 while the rotor moves, else 0.
     pub moving: V,
-    /// Dry friction torque in N·m against the motion, positive backwards.
+    /// Dry friction torque in N·m. It is positive if it acts backwards, against a forward motion.
     pub dry_friction: V,
-    /// Torque in N·m that the load exerts against forward motion.
+    /// Load torque in N·m. It is positive if it acts against forward motion.
     pub load: V,
     /// Initial electrical angle in rad.
     pub start: V,
     /// Torque factor 3/2 p, with p pole pairs.
     torque_factor: V,
-    /// Factor from torque to electrical acceleration, p/J in 1/(kg m²).
+    /// Electrical acceleration per torque, p/J in 1/(kg m²), with p pole pairs.
     per_inertia: V,
-    /// Viscous friction in N·m per rad/s electrical.
+    /// Viscous friction torque in N·m per rad/s of electrical speed.
     viscous: V,
-    /// Acceleration in rad/s² electrical of a rotor that is driven from outside; independent of the torque.
+    /// Electrical acceleration in rad/s² of a rotor that is driven from outside. The machine's torque does not affect it.
     imposed: V,
-    /// Amplitude of the cogging torque in N·m, and its number of periods in an electrical revolution.
+    /// Amplitude of the cogging torque in N·m, and number of its periods per electrical revolution.
     cogging: [V; 2],
 }
 
-/// Operating point of a machine: currents, inductances and torque, which follow from its state.
+/// Operating point of a machine: the currents, inductances and torque at its present state.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Operating<T> {
     /// Current of the winding in A.
     pub current: Plane<T>,
     /// Inverse incremental inductance Γ in 1/H.
     pub inverse_inductance: Symmetric<T>,
-    /// Derivative of the current by the angle, ∂i/∂θ in A/rad at constant ψ in the run's plane.
+    /// Derivative of the current with respect to the angle, ∂i/∂θ in A/rad. The flux ψ is constant in the run's plane.
     pub turning: Plane<T>,
-    /// Slope of the current in A/s at constant ψ, caused by decaying eddy currents (and by the currents of shorted turns).
+    /// Time derivative of the current in A/s at constant flux ψ. Decaying eddy currents and the currents of shorted turns cause it.
     pub relaxing: Plane<T>,
-    /// ∂²W/∂θ∂ψ in A/rad, with the core's energy W: the derivative of ∂W/∂θ by the flux, needed for the slope of the torque.
+    /// ∂²W/∂θ∂ψ in A/rad, where W is the core's energy. The slope of the torque needs this derivative of ∂W/∂θ with respect to the flux.
     pub energy_turn: Plane<T>,
-    /// ∂²W/∂θ² in J/rad² at constant ψ, divided by 3/2.
+    /// ∂²W/∂θ² in J/rad² at constant flux ψ, divided by 3/2. W is the core's energy.
     pub energy_bend: T,
     /// Electromagnetic torque in N·m, cogging included.
     pub torque: T,
-    /// Slope of the cogging torque over the angle, in N·m/rad.
+    /// Derivative of the cogging torque with respect to the angle, in N·m/rad.
     pub cogging_slope: T,
-    /// Flux of the core in Wb: the winding's flux less the part of the harmonics over the angle.
+    /// Flux of the core in Wb. It is the winding's flux minus the flux of the harmonics over the angle.
     pub core_flux: Dq<T>,
-    /// Current of the core in A, at which its flux map is evaluated.
+    /// Current of the core in A. The flux map is evaluated at this current.
     pub core_current: Dq<T>,
-    /// Winding's flux less the eddy currents' lagging flux χ, in Wb in the rotor's plane.
+    /// Winding's flux minus the lagging flux χ of the eddy currents, in Wb in the rotor's plane.
     pub lag: Dq<T>,
 }
 
@@ -104,13 +104,13 @@ pub struct Change<T> {
     pub flux: Plane<T>,
     /// Slope of the current, di/dt in A/s.
     pub current: Plane<T>,
-    /// Potential in V of the leg that is blocked while the others conduct; meaningless if there is no such leg.
+    /// Potential in V of the leg that is blocked while the other two conduct. Without such a leg the value has no meaning.
     pub blocked_potential: T,
 }
 
 impl<'a, V: Wide> Machine<'a, V> {
-    /// Makes machines of the same kind as this motor and inverter, with the motor's values in all lanes; `free`:
-    /// whether rotors can move, `loaded`: whether dividers draw a current from the terminals.
+    /// Makes machines of the same kind as this motor and inverter. All lanes have the motor's values. `free` says whether the rotors can
+    /// move. `loaded` says whether dividers draw a current from the terminals.
     pub fn like(motor: &'a Motor, inverter: &Inverter, free: bool, loaded: bool) -> Self {
         let link = &inverter.link;
         let (zero, one) = (V::of(0.0), V::of(1.0));
@@ -131,7 +131,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         machine
     }
 
-    /// Puts a machine of this kind into a lane, with its rotor at an electrical angle in rad and a load torque in N·m.
+    /// Puts a machine of this kind into a lane. `angle` is the rotor's electrical angle in rad. `load` is the load torque in N·m.
     pub fn put(
         &mut self,
         lane: usize,
@@ -166,7 +166,8 @@ impl<'a, V: Wide> Machine<'a, V> {
         }
     }
 
-    /// Returns whether this motor and inverter make a machine of this kind; `free` and `loaded` as for [`Self::like`].
+    /// Returns whether a machine with this motor and inverter is of this kind. `free` and `loaded` have the meanings given at
+    /// [`Self::like`].
     pub fn fits(&self, motor: &Motor, inverter: &Inverter, free: bool, loaded: bool) -> bool {
         self.circuits.fits(&motor.magnetics)
             && self.links.fits(&inverter.link)
@@ -185,8 +186,8 @@ impl<'a, V: Wide> Machine<'a, V> {
         }
     }
 
-    /// Returns currents, inductances and torque at a state. `branch`: the parallel branch of play cells at the state's flux; `short`:
-    /// the shorted turns.
+    /// Returns the currents, inductances and torque at a state. `branch` contains the parallel branch of play cells at the state's flux.
+    /// `short` contains the shorted turns.
     #[inline(always)]
     pub fn operating(
         &self,
@@ -259,20 +260,20 @@ impl<'a, V: Wide> Machine<'a, V> {
         at_state
     }
 
-    /// Returns [`Self::branch`] in code for rare kinds of machines (`RARE`, see [`Self::is_rare`]), else none, so that
-    /// the compiler removes the branch from the other code.
+    /// Returns [`Self::branch`] if `RARE`, that is, in code for rare kinds of machines ([`Self::is_rare`]). Else returns none, so that
+    /// the compiler leaves out the code for play cells.
     #[inline(always)]
     pub fn branch_if<const RARE: bool>(&self) -> Option<&Branch<V>> {
         if RARE { self.branch.as_ref() } else { None }
     }
 
-    /// Returns [`Self::shorted`] in code for rare kinds of machines, else none.
+    /// Returns [`Self::shorted`] if `RARE`, that is, in code for rare kinds of machines. Else returns none.
     #[inline(always)]
     pub fn shorted_if<const RARE: bool>(&self) -> Option<&Shorted<V>> {
         if RARE { self.shorted.as_ref() } else { None }
     }
 
-    /// Finds which play cells of the selected machines slide at the beginning of a step.
+    /// Finds out which play cells of the selected machines slide at the beginning of a step.
     #[inline(always)]
     pub fn find_modes(&mut self, of: V::Mask, legs: &Conducting<V>, at: &mut Operating<V>, state: &State<V>) {
         let Some(mut branch) = self.branch.take() else { return };
@@ -286,8 +287,8 @@ impl<'a, V: Wide> Machine<'a, V> {
         self.branch = Some(branch);
     }
 
-    /// Returns the slope of the currents in A/s at constant flux, which the rotation of the rotor and the decay of eddy
-    /// currents cause.
+    /// Returns the time derivative of the currents in A/s at constant flux. The rotation of the rotor and the decay of eddy currents
+    /// cause it.
     #[inline(always)]
     pub fn drift(&self, at: &Operating<V>, speed: V) -> Plane<V> {
         if self.rotors.is_some() { at.turning * speed + at.relaxing } else { at.relaxing }
@@ -343,19 +344,19 @@ impl<'a, V: Wide> Machine<'a, V> {
         self.circuits.eddies().is_some() || self.branch.is_some() || self.shorted.is_some()
     }
 
-    /// Returns whether the machines have terminals with a capacitance, play cells or shorted turns. Only the code for rare kinds of
-    /// machines can step them.
+    /// Returns whether the machines are of a rare kind: with terminal capacitances, play cells or shorted turns. Only code with `RARE`
+    /// can step them.
     pub fn is_rare(&self) -> bool {
         self.legs.elastance.is_some() || self.branch.is_some() || self.shorted.is_some()
     }
 
-    /// Returns whether the currents can change without a voltage: by rotation, by eddy currents or by shorted turns.
+    /// Returns whether currents can change without a voltage: through rotation, eddy currents or shorted turns.
     #[inline(always)]
     pub fn drifts(&self) -> bool {
         self.drifts_if::<true>()
     }
 
-    /// Returns the result of [`Self::drifts`]. Without `RARE` there are no shorted turns, so that the check for them is left out.
+    /// Returns the result of [`Self::drifts`]. Without `RARE` no machine has shorted turns, and the check for them is left out.
     #[inline(always)]
     pub fn drifts_if<const RARE: bool>(&self) -> bool {
         self.rotors.is_some() || self.circuits.eddies().is_some() || RARE && self.shorted.is_some()

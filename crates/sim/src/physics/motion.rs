@@ -2,29 +2,29 @@
 
 use standstill_plant::Rotor;
 
-/// Speed in rad/s (electrical) below which a rotor counts as stopped when its state of motion is decided.
+/// Electrical speed in rad/s below which a rotor is treated as stopped when its state of motion is determined.
 pub const RESTING_SPEED: f64 = 1e-9;
 
 /// The rotor's state of motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
-    /// Locked by a brake: never moves.
+    /// Locked by a brake. The rotor never moves.
     Held,
-    /// Free but at rest: the torque does not exceed the stiction.
+    /// Free and at rest. The torque does not exceed the stiction.
     Resting,
-    /// Free and moving forwards, or about to.
+    /// Free and moving forwards, or beginning to move forwards.
     Forward,
-    /// Free and moving backwards, or about to.
+    /// Free and moving backwards, or beginning to move backwards.
     Backward,
-    /// Free without dry friction: its speed may have either sign.
+    /// Free and without dry friction. The speed may be positive, negative or zero.
     Floating,
-    /// At the forward end of the brake's play, pressed against it or held by friction.
+    /// At the forward end of the brake's play. The torque presses the rotor against the end, or friction holds the rotor there.
     AtUpper,
-    /// At the backward end of the brake's play, pressed against it or held by friction.
+    /// At the backward end of the brake's play. The torque presses the rotor against the end, or friction holds the rotor there.
     AtLower,
 }
 
-/// Which end of the brake's play the rotor touches.
+/// The end of the brake's play that the rotor touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contact {
     /// Neither end.
@@ -36,8 +36,8 @@ pub enum Contact {
 }
 
 impl Motion {
-    /// Returns the motion of a rotor that is not held, at this speed in rad/s under this torque in N·m (all torques
-    /// except friction).
+    /// Returns the state of motion of a rotor that is not locked. `speed` is the speed in rad/s. `torque` is the sum of all torques
+    /// except friction, in N·m.
     pub fn resolve(rotor: &Rotor, speed: f64, torque: f64, contact: Contact) -> Self {
         let rests = speed.abs() <= RESTING_SPEED;
         if rests && contact == Contact::Upper && torque >= -rotor.friction.stiction {
@@ -57,12 +57,12 @@ impl Motion {
         }
     }
 
-    /// Returns whether angle and speed may change in this state.
+    /// Returns whether the rotor's angle and speed may change in this state of motion.
     pub const fn moves(self) -> bool {
         matches!(self, Self::Forward | Self::Backward | Self::Floating)
     }
 
-    /// Returns the friction torque in N·m at a mechanical speed in rad/s; positive if it acts backwards.
+    /// Returns the friction torque in N·m at a mechanical speed in rad/s. A positive torque acts backwards.
     pub fn friction(self, rotor: &Rotor, mechanical_speed: f64) -> f64 {
         let dry = match self {
             Self::Forward => rotor.friction.coulomb,
@@ -72,9 +72,10 @@ impl Motion {
         dry + rotor.friction.viscous * mechanical_speed
     }
 
-    /// Returns four coefficients of the motion's margin, which is positive while the motion lasts: a constant, and factors of the
-    /// speed in rad/s, of the electromagnetic torque in N·m (cogging included), and of |torque − load| in N·m. The margin is a
-    /// torque in N·m when resting, a speed in rad/s when sliding. `load`: load torque in N·m.
+    /// Returns four coefficients of the motion's margin. The margin is positive while the motion lasts. It is the sum of the first
+    /// coefficient, the second times the speed in rad/s, the third times the electromagnetic torque in N·m (cogging included), and the
+    /// fourth times |torque − load| in N·m. For a rotor at rest the margin is a torque in N·m, for a moving rotor a speed in rad/s.
+    /// `load` is the load torque in N·m.
     pub fn limits(self, rotor: &Rotor, load: f64) -> [f64; 4] {
         let stiction = rotor.friction.stiction;
         match self {
@@ -87,8 +88,8 @@ impl Motion {
         }
     }
 
-    /// Returns the angles in rad electrical at which the moving rotor may run into an end of the brake's play; infinite
-    /// for ends that it moves away from.
+    /// Returns the electrical angles in rad at which the moving rotor may reach the ends of the brake's play. The angle is infinite for
+    /// an end from which the rotor moves away.
     pub const fn way(self, [lower, upper]: [f64; 2]) -> [f64; 2] {
         match self {
             Self::Forward => [f64::NEG_INFINITY, upper],
@@ -111,7 +112,7 @@ mod tests {
         backlash: 0.0,
     };
 
-    /// Returns the margin of a motion at a load of 0.2 N·m; `torque`: electromagnetic torque less load.
+    /// Returns the margin of a motion at a load of 0.2 N·m. `torque` is the electromagnetic torque minus the load.
     fn margin(motion: Motion, speed: f64, torque: f64) -> f64 {
         let [constant, by_speed, by_torque, by_size] = motion.limits(&ROTOR, 0.2);
         constant + by_speed * speed + by_torque * (torque + 0.2) + by_size * torque.abs()

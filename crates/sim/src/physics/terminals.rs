@@ -10,8 +10,8 @@ use super::legs::{Conducting, Legs};
 use super::plane::Plane;
 use crate::step::two_derivative::Here;
 
-/// Returns the 2 × 2 matrix `beside + Σ ⅔ w a ⊗ a`, with the sum over the three legs: their axes a, and their values w (`each`),
-/// which are resistances in Ω or inverse capacitances of the terminals in 1/F.
+/// Returns the 2 × 2 matrix `beside + Σ ⅔ w a ⊗ a`, a sum over the three legs. The vectors a are the legs' `axes`. The values w in `each`
+/// are resistances in Ω or inverse terminal capacitances in 1/F.
 #[inline(always)]
 pub fn of_legs<V: Wide>(axes: &[Plane<V>; 3], each: &[V; 3], beside: Symmetric<V>) -> Symmetric<V> {
     let mut sum = beside;
@@ -25,13 +25,13 @@ pub fn of_legs<V: Wide>(axes: &[Plane<V>; 3], each: &[V; 3], beside: Symmetric<V
 }
 
 impl<V: Wide> Legs<V> {
-    /// Returns the inverse capacitance of each terminal in 1/F in code for rare kinds of machines (`RARE`), else none.
+    /// Returns the inverse capacitance of each terminal in 1/F if `RARE`, that is, in code for rare kinds of machines. Else returns none.
     #[inline(always)]
     pub fn elastance_if<const RARE: bool>(&self) -> Option<V> {
         if RARE { self.elastance } else { None }
     }
 
-    /// Returns the voltage vector w in V that the terminals of legs without a conducting device put on the winding.
+    /// Returns the voltage vector w in V at the winding that comes from the terminals of legs without a conducting device.
     #[inline(always)]
     pub fn floating(&self, legs: &Conducting<V>, potential: &[V; 3]) -> Plane<V> {
         let zero = V::of(0.0);
@@ -42,7 +42,7 @@ impl<V: Wide> Legs<V> {
         sum
     }
 
-    /// Returns the matrix K in 1/F with which currents change the voltage w of [`Self::floating`]: `dw/dt = −K i`.
+    /// Returns the matrix K in 1/F of `dw/dt = −K i`: currents i change the voltage w of [`Self::floating`].
     #[inline(always)]
     pub fn charging(&self, legs: &Conducting<V>) -> Symmetric<V> {
         let zero = V::of(0.0);
@@ -52,8 +52,8 @@ impl<V: Wide> Legs<V> {
         of_legs(&self.axes, &each, none)
     }
 
-    /// Returns the changes in V of the potentials of the legs without a conducting device, caused by a charge in A·s (a
-    /// vector in the run's plane); zero for the other legs.
+    /// Returns the changes in V of the terminal potentials that a charge in A·s causes. The charge is a vector in the run's plane. The
+    /// change is zero for legs with a conducting device.
     #[inline(always)]
     pub fn charged(&self, legs: &Conducting<V>, charge: Plane<V>) -> [V; 3] {
         let zero = V::of(0.0);
@@ -62,8 +62,8 @@ impl<V: Wide> Legs<V> {
         three!(k => V::choose(legs.flows[k], zero, -(charge[k] * elastance)))
     }
 
-    /// Returns the slopes of the potentials of the legs without a conducting device, times `h` in s: changes in V over that
-    /// time. Zero for the other legs.
+    /// Returns the slopes of the terminal potentials times the duration `h` in s, that is, the changes in V at constant slope. The change
+    /// is zero for legs with a conducting device.
     #[inline(always)]
     pub fn rise(&self, legs: &Conducting<V>, here: &Here<V>, h: V) -> [V; 3] {
         let mut rise = self.charged(legs, here.at.current * h);
@@ -74,15 +74,15 @@ impl<V: Wide> Legs<V> {
         rise
     }
 
-    /// Returns the currents in A through the dividers of terminals with these potentials in V; none without dividers.
+    /// Returns the currents in A that dividers draw from terminals with these potentials in V. None without dividers that draw a current.
     #[inline(always)]
     pub fn taken(&self, potential: &[V; 3]) -> Option<[V; 3]> {
         let conductance = self.leak? / self.elastance?;
         Some(three!(k => potential[k] * conductance))
     }
 
-    /// Returns the potentials in V, with those of conducting legs recomputed from their devices, for a link voltage in
-    /// V and these currents in A.
+    /// Returns the potentials of all terminals in V. The potentials of conducting legs are computed from their devices, from the link's
+    /// voltage in V and the currents in A. The other potentials are returned unchanged.
     #[inline(always)]
     pub fn potentials(&self, legs: &Conducting<V>, potential: [V; 3], link: V, current: Plane<V>) -> [V; 3] {
         let current = self.phases(current);

@@ -4,23 +4,24 @@ use standstill_numeric::Wide;
 
 use super::filters::Filters;
 
-/// The converters' sampling capacitors with the time constant ρ, in series with the sensors' filters with the time constant
-/// τ. The output of the series is `(τ x − ρ y)/(τ − ρ)`, where x is the output of the filter alone, and y is the output
-/// of a filter with ρ alone that has the same input. So the series is as exact as two single filters.
+/// The converters' sampling capacitors with time constant ρ, in series with the sensors' filters with time constant τ. The output of the
+/// series is `(τ x − ρ y)/(τ − ρ)`. Here x is the output of the filter τ alone, and y is the output of a filter ρ alone with the same
+/// input. So the series is as exact as two single filters.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Acquiring<V> {
-    /// The filters with the capacitors' time constants ρ alone: their output is y.
+    /// The filters with the capacitors' time constant ρ alone. Their output is y.
     pub filters: Filters<V>,
-    /// The factor τ/(τ − ρ) of the filters' output x, phase by phase; zero without filters.
+    /// The factor τ/(τ − ρ) of the filters' output x, for each phase. Zero without filters.
     pub of_sensors: [V; 3],
 }
 
-/// Least difference of ρ and τ as a share of τ; a smaller difference is increased to this, because the formula divides by it.
+/// Smallest difference between ρ and τ, as a share of τ. A smaller difference is increased to this value, because the formula divides by
+/// the difference.
 const APART: f64 = 1e-4;
 
 impl<V: Wide> Acquiring<V> {
-    /// Puts sampling capacitors with the time constant `own` in s into a lane; `filters`: time constants in s of the
-    /// filters before them, if there are any.
+    /// Puts sampling capacitors with the time constant `own` in s into a lane. `filters` contains the time constants in s of the filters
+    /// before them; none without filters.
     pub fn put(&mut self, lane: usize, own: f64, filters: Option<[f64; 3]>) {
         let mut owns = [own; 3];
         for k in 0..3 {

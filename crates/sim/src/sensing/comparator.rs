@@ -17,45 +17,45 @@ choice! {
     }
 }
 
-/// Number of comparators on a drive with two per phase. Their order: current into the motor in phases a, b and c, then
-/// current out of the motor in the same phases.
+/// Number of comparators on a drive with two per phase. The first three are for currents into the motor in phases a, b and c. The last
+/// three are for currents out of the motor in the same phases.
 pub const OWN: usize = 6;
 
-/// Time for which the simulated noise of a comparator keeps its value, as a share of the noise's time constant.
+/// Time during which the simulated noise of a comparator stays constant, as a share of the noise's time constant.
 const NOISE_HOLD: f64 = 0.25;
 
-/// The comparators of a type of drive: settings from which the errors of each specimen are drawn. A drive that has
-/// neither a timer nor an overcurrent trip has no comparators.
+/// Settings of the comparators of a type of drive. The errors of each specimen are drawn from them. A drive with neither a timer nor an
+/// overcurrent trip has no comparators.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ComparatorSettings {
     /// Arrangement of the comparators: one for the link's current, or two for each phase.
     pub arrangement: Comparators,
-    /// Tick in s of the timer that captures the comparators' trips; 0: no timer.
+    /// Tick in s of the timer that captures the times of the comparators' trips. Zero means no timer.
     pub timer: f64,
     /// Standard deviation of the relative error of the timer's clock.
     pub timer_error: f64,
     /// Standard deviation of each comparator's offset in A.
     pub offset: f64,
-    /// Mean propagation delay in s from the crossing to the gate signals and to the timer.
+    /// Mean propagation delay in s from the crossing of the threshold to the gate signals and to the timer.
     pub delay: f64,
     /// Standard deviation in s of each comparator's delay.
     pub delay_spread: f64,
-    /// Noise of the current at each comparator in A rms: see [`Comparator`].
+    /// Noise of the current at each comparator's input in A rms. [`Comparator`] describes its spectrum.
     pub noise: f64,
-    /// Corner frequency of that noise in Hz; 0: the noise stays constant during a pulse.
+    /// Corner frequency of the comparators' noise in Hz. Zero means that the noise stays constant during a pulse.
     pub noise_bandwidth: f64,
-    /// Blanking: time after the begin of each stage during which the comparators are ignored.
+    /// Blanking time: after the beginning of each stage, the comparators are ignored for this time.
     pub blanking: Nanos,
-    /// Bits of the converter that sets the threshold; 0: the threshold is exact.
+    /// Number of bits of the converter that sets the threshold. Zero means an exact threshold.
     pub bits: u8,
-    /// Upper end of that converter's range in A.
+    /// Upper end in A of the range of the converter that sets the threshold.
     pub range: f64,
-    /// Current in A at which the comparators switch the drive off for good; 0: never.
+    /// Current in A at which the comparators switch the drive off permanently. Zero means never.
     pub trip: f64,
 }
 
 impl ComparatorSettings {
-    /// Returns the number of comparators: 0, 1, or 6 with two per phase.
+    /// Returns the number of comparators: 0, 1, or 6 if there are two per phase.
     pub fn count(&self) -> usize {
         match self.arrangement {
             _ if !self.any() => 0,
@@ -69,21 +69,21 @@ impl ComparatorSettings {
         self.timer > 0.0 || self.trip > 0.0
     }
 
-    /// Returns the time in ns for which the noise keeps its value, and the correlation of successive values; none without
-    /// noise, or if the noise has no bandwidth.
+    /// Returns the time in ns during which the simulated noise stays constant, and the correlation of successive noise values. None
+    /// without noise, or if the noise stays constant during a pulse.
     pub(crate) fn noise_hold(&self) -> Option<(f64, f64)> {
         let time_constant = 1.0 / (std::f64::consts::TAU * self.noise_bandwidth);
         (self.noise > 0.0 && self.noise_bandwidth > 0.0)
             .then(|| (time_constant * 1e9 * NOISE_HOLD, standstill_numeric::exp(-NOISE_HOLD)))
     }
 
-    /// Returns the highest threshold in A that the drive's converter can set; 0 without a converter, because any
-    /// threshold can then be set.
+    /// Returns the highest threshold in A that the drive's converter can set. Without a converter any threshold can be set, and the value
+    /// is 0.
     pub fn highest(&self) -> f64 {
         if self.bits == 0 { 0.0 } else { self.set(self.range) }
     }
 
-    /// Returns the threshold in A that the drive's converter sets when `threshold` in A is requested.
+    /// Returns the threshold in A that the drive's converter sets for a requested `threshold` in A.
     ///
     /// ```
     /// use standstill_sim::ComparatorSettings;
@@ -104,23 +104,23 @@ impl ComparatorSettings {
 
 /// The errors of one specimen's comparators and timer.
 ///
-/// A comparator trips once in a command. The drive latches its output, so neither later noise nor the reversal of the link's
-/// current when the gates open has an effect. A comparator's hysteresis would matter only before the trip, where it is
+/// A comparator trips at most once in a command, because the drive latches its output. After the trip, noise and the reversal of the
+/// link's current at the opening of the gates have no effect. A comparator's hysteresis would act only before the trip, and there it is
 /// part of the offset.
 ///
-/// The noise has the spectrum of a first-order filter: its correlation falls to 1/e in τ = 1/(2π f). The comparator
-/// trips at the first crossing, so the faster the noise, the earlier and the less scattered the trip. The simulated noise
-/// keeps each value for τ/4; this takes the place of the comparator's response time. Noise without a bandwidth has a τ
-/// longer than a pulse: one draw shifts the threshold for the whole pulse.
+/// The noise has the spectrum of a first-order filter. Its correlation falls to 1/e in the time τ = 1/(2π f). The comparator trips at the
+/// first crossing, so faster noise makes the trip earlier and its scatter smaller. The simulated noise keeps each value for τ/4. This
+/// time takes the place of the comparator's response time. Noise without a bandwidth has a τ longer than a pulse: one draw shifts the
+/// threshold for the whole pulse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparator {
-    /// Offset of each comparator in A: the comparator sees its current reduced by this. A single comparator uses the first value.
+    /// Offset of each comparator in A. The comparator compares its current minus this offset. A single comparator uses the first value.
     pub offset: [f64; OWN],
     /// Propagation delay of each comparator in s.
     pub delay: [f64; OWN],
     /// Duration of the timer's tick in s.
     pub tick: f64,
-    /// Time by which the timer starts before the pulse, as a share of a tick; at most half a tick.
+    /// Time by which the timer starts before the pulse, as a share of a tick between −½ and ½. It is negative if the timer starts later.
     pub phase: f64,
 }
 
@@ -130,7 +130,7 @@ impl Comparator {
         Self { offset: [0.0; OWN], delay: [settings.delay; OWN], tick: settings.timer, phase: 0.0 }
     }
 
-    /// Draws the comparators of one specimen; draws nothing for a drive without comparators.
+    /// Draws the errors of one specimen's comparators. For a drive without comparators it draws no numbers.
     pub(super) fn draw(settings: &ComparatorSettings, streams: Streams) -> Self {
         let mut drawn = Self::nominal(settings);
         if !settings.any() {
@@ -150,14 +150,14 @@ impl Comparator {
         drawn
     }
 
-    /// Returns the number of whole ticks that the timer counts up to a time in s after the pulse's begin.
+    /// Returns the number of whole ticks that the timer has counted at `time` in s after the beginning of the pulse.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a conversion saturates")]
     pub fn ticks(&self, time: f64) -> u32 {
         (time / self.tick + self.phase).floor() as u32
     }
 }
 
-/// One comparator of a drive, named by the current at its input.
+/// One comparator of a drive, identified by the current at its input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
     /// The current in the DC link.
@@ -169,7 +169,7 @@ pub enum Input {
 }
 
 impl Input {
-    /// Returns the comparator's number among those of a drive.
+    /// Returns the comparator's index among the comparators of a drive.
     pub fn number(self) -> usize {
         match self {
             Self::Link => 0,
@@ -178,7 +178,7 @@ impl Input {
         }
     }
 
-    /// Returns the comparator's phase; a for the comparator in the DC link.
+    /// Returns the comparator's phase. For the comparator in the DC link it is phase a.
     pub fn phase(self) -> Phase {
         Phase::ALL[self.number() % 3]
     }

@@ -6,7 +6,7 @@ use crate::Misreading;
 /// An analogue-to-digital converter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adc {
-    /// Resolution in bits; 0: no rounding, only the range applies.
+    /// Resolution in bits. Zero means that values are limited to the range, but not rounded.
     pub bits: u8,
     /// Lower end of the converter's range, in the unit measured.
     pub low: f64,
@@ -15,7 +15,7 @@ pub struct Adc {
 }
 
 impl Adc {
-    /// Number of bits with which a converter without rounding is computed. The steps are negligible: 19 nA in a range of ±20 A.
+    /// Number of bits with which a converter without rounding is computed. Its steps are negligible: 19 nA in a range of ±20 A.
     const FINE: u8 = 31;
 
     /// Returns the converter's number of codes.
@@ -34,8 +34,8 @@ impl Adc {
     }
 }
 
-/// Sensors with their converters (channels) side by side, such as those of the three phases and the link. All values of a
-/// sample are computed without a branch that depends on a value.
+/// Channels side by side. A channel is a sensor with its converter, such as those of the three phases and of the link. All values of a
+/// sample are computed without branches that depend on a value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Channels<const N: usize> {
     gain: [f64; N],
@@ -49,7 +49,7 @@ pub(crate) struct Channels<const N: usize> {
     step: [f64; N],
     /// Highest code.
     last: [f64; N],
-    /// Mask of each channel's reported code: all bits if the converter rounds, else zero.
+    /// Bit mask for the reported code of each channel. All bits are set if the converter rounds, else none.
     counted: [u32; N],
 }
 
@@ -81,8 +81,8 @@ impl<const N: usize> Channels<N> {
         }
     }
 
-    /// Multiplies gain, offset and noise of each channel by a factor, as a reference of the converter that is too low by this factor
-    /// would do.
+    /// Multiplies gain, offset and noise of each channel by a factor. A converter reference that is too low by this factor has the same
+    /// effect.
     pub(super) fn grow(&mut self, by: [f64; N]) {
         for k in 0..N {
             self.gain[k] *= by[k];
@@ -91,8 +91,8 @@ impl<const N: usize> Channels<N> {
         }
     }
 
-    /// Changes gain, offset and noise of a channel to values that describe a fault of its sensor. Frozen sensors and stuck bits,
-    /// which cannot be described so, change nothing here.
+    /// Changes gain, offset and noise of a channel such that they describe a fault of its sensor. Frozen sensors and stuck bits cannot be
+    /// described in this way and change nothing here.
     pub(super) fn misread(&mut self, k: usize, how: Misreading) {
         let (gain, offset, noise) = (&mut self.gain[k], &mut self.offset[k], &mut self.noise[k]);
         match how {
@@ -104,8 +104,8 @@ impl<const N: usize> Channels<N> {
         }
     }
 
-    /// Returns the reading `read` of a channel with one bit of its code set or cleared; unchanged if the converter does not
-    /// round or has no such bit.
+    /// Returns the reading `read` of a channel after one bit of its code has been set or cleared. The reading is unchanged if the
+    /// converter does not round or has no such bit.
     pub(super) fn with_bit(
         &self,
         k: usize,
@@ -122,8 +122,8 @@ impl<const N: usize> Channels<N> {
         (self.low[k] + of * self.step[k], of == 0.0 || of == self.last[k], code)
     }
 
-    /// Returns the readings of these true values; `normals`: standard normals for the noise. A channel without a converter does not
-    /// round.
+    /// Returns the readings of the true values `there`. `normals` contains standard normals for the noise. A channel without a converter
+    /// does not round.
     #[inline(always)]
     pub(super) fn read(&self, there: [f64; N], normals: [f64; N]) -> Converted<N> {
         let (mut raw, mut code) = ([0.0; N], [0.0; N]);
@@ -151,16 +151,16 @@ impl<const N: usize> Channels<N> {
 /// Readings of sensors side by side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Converted<const N: usize> {
-    /// Values of the converters' codes in the units measured; unrounded for channels without a converter.
+    /// Values that the converters' codes represent, in the units measured. For channels without a converter the values are not rounded.
     pub value: [f64; N],
-    /// Whether each code is the first or the last of its converter.
+    /// Whether each code is at an end of its converter's range, that is, the first or the last code.
     pub at_end: [bool; N],
     /// Codes of the converters; 0 without rounding.
     pub code: [u32; N],
 }
 
 impl<const N: usize> Converted<N> {
-    /// Returns the value of one channel, whether its code is the first or the last, and the code.
+    /// Returns the value of one channel, whether its code is at an end of the range, and the code.
     pub fn of(&self, k: usize) -> (f64, bool, u32) {
         (self.value[k], self.at_end[k], self.code[k])
     }
@@ -171,11 +171,11 @@ impl<const N: usize> Converted<N> {
     }
 }
 
-/// 2^52, above which all floating-point numbers are integers.
+/// 2^52. All floating-point numbers above it are integers.
 const WHOLE: f64 = 4_503_599_627_370_496.0;
 
-/// Returns the integer nearest to a value between 0 and 2^32, with halves rounded upwards. Unlike `round` it needs no
-/// library call, no conversion, and no branch that half of all values take. Not-a-number stays not-a-number.
+/// Returns the integer nearest to a value between 0 and 2^32; halves are rounded upwards. Unlike `round`, it needs no library call, no
+/// conversion, and no branch that is hard to predict. Not-a-number stays not-a-number.
 #[inline(always)]
 fn nearest(value: f64) -> f64 {
     // Adding 2^52 rounds, halves to the even number.
@@ -184,15 +184,15 @@ fn nearest(value: f64) -> f64 {
     even + up
 }
 
-/// Limits a value to the range from 0 to `last`. Unlike `clamp`, this does not check the limits, so that the compiler computes
-/// several values side by side. Not-a-number stays not-a-number.
+/// Limits a value to the range from 0 to `last`. Unlike `clamp`, it does not check the limits, so the compiler can compute several values
+/// side by side. Not-a-number stays not-a-number.
 #[inline(always)]
 fn within(value: f64, last: f64) -> f64 {
     let value = if value < 0.0 { 0.0 } else { value };
     if value > last { last } else { value }
 }
 
-/// Converts a code from 0 to 2^31, the largest of any converter, to an integer; not-a-number becomes 0.
+/// Converts a code from 0 to 2^31 to an integer. No converter has a larger code. Not-a-number becomes 0.
 #[inline(always)]
 #[allow(clippy::cast_possible_truncation, reason = "above 2^52 the low bits are the whole number")]
 fn whole(code: f64) -> u32 {

@@ -26,24 +26,24 @@ use crate::step::two_derivative::{Here, Tried};
 /// The filters of the three terminals.
 #[derive(Clone, Debug, Default)]
 pub struct Divided<V: Wide> {
-    /// 1 over the filters' time constant in 1/s.
+    /// Reciprocal of the filters' time constant in 1/s.
     rate: V,
     /// Outputs of the filters in V.
     output: [V; 3],
-    /// Potential of the drive's end of an open wire, as a share of the link's voltage; negative if the wire is whole.
+    /// Potential of the drive's end of each open wire, as a share of the link's voltage. Negative for a whole wire.
     held: [V; 3],
     ends: Ends<V>,
-    /// Outputs of the filters in V before the last step.
+    /// Outputs of the filters in V at the beginning of the last step.
     before: [V; 3],
     passed: Passage<V>,
 }
 
-/// The terminals at both ends of a step.
+/// Potentials of the terminals and voltage of the link at the beginning and the end of a step.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ends<V> {
     /// Potentials in V.
     potential: [[V; 3]; 2],
-    /// Slopes in V per step of the potentials of floating terminals.
+    /// Slopes of the potentials of floating terminals, in V per step.
     rise: [[V; 3]; 2],
     /// The link's voltage in V, and its slope in V/s.
     link: [[V; 2]; 2],
@@ -53,21 +53,22 @@ struct Ends<V> {
     leak: V,
 }
 
-/// The potentials over a step or over its first part, each the sum of a cubic, two oscillations and a decaying common part.
+/// The terminal potentials over a step or over the first part of a step. Each is the sum of a cubic, two oscillations and a decaying
+/// common part.
 #[derive(Clone, Copy, Debug, Default)]
 struct Passage<V> {
     /// Coefficients of each terminal's cubic in V.
     cubic: [Powers<V>; 3],
-    /// Complex amplitudes in V of the two modes' oscillations, terminal by terminal.
+    /// Complex amplitudes in V of the two modal oscillations, for each terminal.
     phasor: [[[V; 2]; 2]; 3],
-    /// Common potential in V of three floating terminals at the beginning; zero for the drive's end of an open wire.
+    /// Common potential in V of three floating terminals at the beginning. Zero for the drive's end of an open wire.
     common: [V; 3],
-    /// Decay of the common potential over the time described, γ h.
+    /// Decay exponent γ h of the common potential over the described time.
     leak: V,
 }
 
 impl<V: Wide> Divided<V> {
-    /// Sets the corner frequency in Hz of a lane's filters, and their outputs to the potentials in V at rest.
+    /// Sets the corner frequency in Hz of a lane's filters, and sets their outputs to the potentials `at_rest` in V.
     pub fn put(&mut self, lane: usize, bandwidth: f64, at_rest: [f64; 3]) {
         self.rate.put(lane, std::f64::consts::TAU * bandwidth);
         for k in 0..3 {
@@ -76,7 +77,7 @@ impl<V: Wide> Divided<V> {
         self.hold(lane, [None; 3]);
     }
 
-    /// Sets the potentials of the drive's ends of open wires, each as a share of the link's voltage; none for a whole wire.
+    /// Sets the potentials of the drive's ends of open wires, each as a share of the link's voltage. None stands for a whole wire.
     pub fn hold(&mut self, lane: usize, held: [Option<f64>; 3]) {
         for k in 0..3 {
             self.held[k].put(lane, held[k].unwrap_or(-1.0));
@@ -88,7 +89,8 @@ impl<V: Wide> Divided<V> {
         self.output.each_ref().map(|output| output.get(lane))
     }
 
-    /// Returns the outputs in V of a lane's filters after a share of the last step, of `h` seconds.
+    /// Returns the outputs in V of a lane's filters within the last step. `share` is the elapsed share of the step. `h` is the length of
+    /// the step in s.
     pub fn within(&self, lane: usize, share: f64, h: f64, ringing: Option<&Oscillating<V>>) -> [f64; 3] {
         let one = |number: &V| number.get(lane);
         let of = ringing.map(|ringing| {
@@ -109,7 +111,7 @@ impl<V: Wide> Divided<V> {
         passed.filtered(before, share * (h * one(&self.rate)), of.as_ref())
     }
 
-    /// Stores the values of potentials and link at both ends of a step, for [`Self::advance`].
+    /// Stores the potentials and the link's voltage at both ends of a step. [`Self::advance`] uses them.
     #[inline(always)]
     pub fn keep(&mut self, begin: &Here<V>, tried: &Tried<V>, machine: &Machine<V>) {
         let (Some(floating), Some(elastance)) = (&tried.floating, machine.legs.elastance) else { return };
@@ -127,8 +129,8 @@ impl<V: Wide> Divided<V> {
         };
     }
 
-    /// Advances the filters of the lanes in `taken` over the stored step of `h` seconds; `rise`: slopes in A/s of the
-    /// currents at its ends, `axes`: magnetic axes of the legs' phases.
+    /// Advances the filters of the lanes in `taken` over the stored step of `h` seconds. `rise` contains the slopes of the currents in
+    /// A/s at both ends. `axes` contains the magnetic axes of the legs' phases.
     #[inline(always)]
     pub fn advance(
         &mut self,
@@ -194,8 +196,9 @@ impl<V: Wide> Divided<V> {
 }
 
 impl<V: Wide> Passage<V> {
-    /// Returns the filters' outputs in V at the end of this passage. `before`: outputs in V at its beginning; `a`: its duration in time
-    /// constants of the filters; `of`: rates and growth of the two oscillations over it.
+    /// Returns the filters' outputs in V at the end of this passage. `before` contains their outputs in V at its beginning. `a` is the
+    /// passage's duration in time constants of the filters. `of` contains the rates and the growth of the two oscillations over the
+    /// passage.
     #[inline(always)]
     fn filtered(&self, before: [V; 3], a: V, of: Option<&[Oscillation<V>; 2]>) -> [V; 3] {
         let zero = V::of(0.0);

@@ -14,7 +14,7 @@ pub struct Dividers<'t> {
 }
 
 impl<'t> Dividers<'t> {
-    /// Makes the dividers of these sensors; none if the drive has no dividers.
+    /// Makes the dividers of these sensors. None if the drive has no dividers.
     pub fn new(sensors: &Sensors, streams: Streams<'t>) -> Option<Self> {
         let of = sensors.settings.terminal?;
         Some(Self {
@@ -29,8 +29,8 @@ impl<'t> Dividers<'t> {
         })
     }
 
-    /// Reads the terminals' voltages `there` in V. Returns for each terminal the reading in V, its status, and the converter's
-    /// code.
+    /// Reads the terminals' true voltages `there` in V. For each terminal it returns the reading in V, the status of the reading, and the
+    /// converter's code.
     pub fn read(&mut self, there: [f64; 3]) -> [(f64, Sensed, u32); 3] {
         let mut noise = [0.0; 3];
         if self.is_noisy {

@@ -8,18 +8,18 @@ use crate::effect::terminals::swing::{Powers, decayed, scaled, sum};
 /// First-order low-pass filters of the three phases.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Filters<V> {
-    /// 1 over the filters' time constants in 1/s.
+    /// Reciprocals of the filters' time constants in 1/s.
     rate: [V; 3],
     /// Outputs of the filters in A.
     pub output: [V; 3],
 }
 
-/// Oscillating part of the phase currents over a step: two modal oscillations, and for each of them its factor in each of the
-/// three phases.
+/// Oscillating part of the phase currents over a step. It consists of two modal oscillations, and of a factor for each oscillation in
+/// each phase.
 pub type Rings<'o, V> = (&'o [Oscillation<V>; 2], &'o [[V; 3]; 2]);
 
 impl<V: Wide> Filters<V> {
-    /// Sets the corner frequencies in Hz of a lane's filters, and their outputs to zero.
+    /// Sets the corner frequencies in Hz of a lane's filters, and sets the filters' outputs to zero.
     pub fn put(&mut self, lane: usize, bandwidth: [f64; 3]) {
         for k in 0..3 {
             self.rate[k].put(lane, std::f64::consts::TAU * bandwidth[k]);
@@ -27,8 +27,7 @@ impl<V: Wide> Filters<V> {
         }
     }
 
-    /// Advances the filters of the lanes in `taken` over `h` seconds with these inputs in A: cubics over the step,
-    /// plus oscillations.
+    /// Advances the filters of the lanes in `taken` over `h` seconds. Their inputs in A are cubics over the step plus oscillations.
     #[inline(always)]
     pub fn advance(&mut self, taken: V::Mask, h: V, input: &[Powers<V>; 3], rings: Option<Rings<'_, V>>) {
         for k in 0..3 {
@@ -38,8 +37,9 @@ impl<V: Wide> Filters<V> {
         }
     }
 
-    /// Returns the filter outputs in A of one machine within a step of `h` seconds. Lane n of the result is phase `first` + n, at the
-    /// share of the step in lane n of `share`. The oscillations `rings` must already be restricted to these shares.
+    /// Returns the filter outputs in A of one machine within a step of `h` seconds. Lane n of the result is for phase `first` + n. Lane n
+    /// of `share` is the share of the step that has elapsed for this phase. The oscillations `rings` must already be limited to these
+    /// shares.
     #[inline(always)]
     pub fn within(
         &self,
@@ -75,9 +75,9 @@ impl<V: Wide> Filters<V> {
     }
 }
 
-/// Returns a filter's output after a step of `a` time constants, exact up to rounding; `output`: output before the step. The
-/// input is a cubic plus oscillations `z e^(σ s)` with a factor each; the response to such an oscillation is
-/// `a/(a + σ) z (e^(σ s) − e^(−a s))`.
+/// Returns a filter's output after a step of `a` time constants, exact up to rounding. `output` is the output before the step. The input
+/// is a cubic plus oscillations `z e^(σ s)`, each with a factor. The response to such an oscillation is `a/(a + σ) z (e^(σ s) − e^(−a
+/// s))`.
 #[inline(always)]
 pub(super) fn after<V: Wide>(
     output: V,
@@ -100,12 +100,12 @@ pub(super) fn after<V: Wide>(
     output
 }
 
-/// Step length in time constants up to which the weights of [`means`] are computed by [`near`], from the last weight backwards; longer
-/// steps use [`beyond`], from the first weight forwards.
+/// Largest step length, in time constants, for which [`means`] uses [`near`]. That function computes the weights from the last one
+/// backwards. Longer steps use [`beyond`], which computes them from the first one forwards.
 const SUMMED: f64 = 1.0;
 
-/// Returns e^(−a) and the weights ∫ e^(−a (1 − s)) sⁿ ds, s from 0 to 1, for n from 0 to 3: the filter's response to powers of
-/// time. They are n! φ_(n+1)(−a), with φ_(n+1)(−a) = (1/n! − φ_n(−a))/a.
+/// Returns e^(−a) and the weights ∫ e^(−a (1 − s)) sⁿ ds for n from 0 to 3, where s runs from 0 to 1. The weights are the filter's
+/// responses to powers of time. They are n! φ_(n+1)(−a), with φ_(n+1)(−a) = (1/n! − φ_n(−a))/a.
 #[inline(always)]
 pub(super) fn means<V: Wide>(a: V) -> (V, [V; 4]) {
     let far = a.above(V::of(SUMMED));
@@ -124,7 +124,7 @@ pub(super) fn means<V: Wide>(a: V) -> (V, [V; 4]) {
     (V::choose(far, decay_beyond, decay), all)
 }
 
-/// Returns the result of [`means`] for short steps: φ₄ from its series, φ₃ to φ₁ backwards from φ₄.
+/// Returns the result of [`means`] for short steps. φ₄ comes from its series; φ₃ to φ₁ follow backwards from φ₄.
 #[inline(always)]
 fn near<V: Wide>(a: V) -> (V, [V; 4]) {
     let one = V::of(1.0);
@@ -139,7 +139,7 @@ fn near<V: Wide>(a: V) -> (V, [V; 4]) {
     (one - a * first, [first, second, third * 2.0, last * 6.0])
 }
 
-/// Returns the result of [`means`] for long steps: φ₁ from e^(−a), φ₂ to φ₄ forwards from φ₁.
+/// Returns the result of [`means`] for long steps. φ₁ comes from e^(−a); φ₂ to φ₄ follow forwards from φ₁.
 #[inline(always)]
 fn beyond<V: Wide>(a: V) -> (V, [V; 4]) {
     let one = V::of(1.0);

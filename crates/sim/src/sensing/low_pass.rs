@@ -2,7 +2,7 @@
 
 use standstill_numeric::exp;
 
-/// A first-order low-pass filter, which is exact up to rounding if its input is a cubic over the step.
+/// A first-order low-pass filter. Its output is exact up to rounding if the input is a cubic over the step.
 #[derive(Clone, Copy, Debug)]
 pub struct LowPass {
     time_constant: f64,
@@ -20,7 +20,7 @@ impl LowPass {
         self.output
     }
 
-    /// Advances the filter over `h` seconds; `x`: values of the input at 0, h/3, 2h/3 and h.
+    /// Advances the filter over `h` seconds. `x` contains the values of the input at 0, h/3, 2h/3 and h.
     pub fn advance(&mut self, h: f64, x: [f64; 4]) {
         let r = h / self.time_constant;
         if r < 0.01 {

@@ -7,14 +7,14 @@ use crate::{Broken, Faults, Misreading};
 #[derive(Clone, Debug)]
 pub(crate) struct Misread {
     faults: Faults,
-    /// The last conversion of all channels: the phases a, b, c and the link. None before the first one.
+    /// The last conversion of all channels, in the order phase a, b, c and link. None before the first conversion.
     last: Option<Converted<4>>,
-    /// Last reading of each channel before it froze; none before its first reading.
+    /// Last reading of each channel before the channel froze. None before the channel's first reading.
     held: [Option<f64>; 4],
 }
 
 impl Misread {
-    /// Makes the faulty sensors of a case; none if no fault concerns a sensor.
+    /// Makes the faulty sensors of a case. None if no fault concerns a sensor.
     pub fn of(faults: Faults) -> Option<Self> {
         let concerns = |broken| {
             matches!(broken, Broken::Sensor(..) | Broken::Exchanged(..) | Broken::Drift(_) | Broken::Stale)
@@ -26,8 +26,8 @@ impl Misread {
         })
     }
 
-    /// Reads the channels at a time in ns, with the faults present at that time. `values`: true values in the units measured;
-    /// `normals`: standard normals for the noise. The form of the result is that of [`Channels::read`].
+    /// Reads the channels at `time` in ns, with the faults present at that time. `values` contains the true values in the units measured.
+    /// `normals` contains standard normals for the noise. The result has the form of [`Channels::read`].
     pub fn read(
         &mut self,
         channels: &Channels<4>,

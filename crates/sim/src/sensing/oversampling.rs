@@ -2,28 +2,28 @@
 
 use standstill_interface::{Abc, Reading, Sensed};
 
-/// The conversions so far of a sample whose reading is the mean of several conversions.
+/// The conversions that a sample has so far. The reading of the sample is the mean of all its conversions.
 #[derive(Clone, Copy, Debug)]
 pub struct Mean {
     /// Number of conversions of each sample.
     count: u8,
-    /// Number of conversions in the sum, and their sum; none before the first one.
+    /// Number of conversions added so far, and their sum. None before the first conversion.
     sum: Option<(u8, Reading<f64>)>,
 }
 
 impl Mean {
-    /// Makes means of this many conversions.
+    /// Makes means of `count` conversions each.
     pub fn of(count: u8) -> Self {
         Self { count, sum: None }
     }
 
-    /// Drops the conversions of a sample that was not completed.
+    /// Drops the conversions of an incomplete sample.
     pub fn clear(&mut self) {
         self.sum = None;
     }
 
-    /// Replaces single conversions, from the reading `first` on, by the means of complete samples. Conversions of a sample
-    /// that is not complete are kept.
+    /// Replaces the single conversions in `readings`, from index `first` on, by the means of complete samples. Conversions of an
+    /// incomplete sample are kept for the next call.
     pub fn replace(&mut self, readings: &mut Vec<Reading<f64>>, first: usize) {
         if self.count > 1 {
             let mut known = first;
@@ -37,7 +37,7 @@ impl Mean {
         }
     }
 
-    /// Adds one conversion of all channels. Returns the mean if it was the last conversion of the sample.
+    /// Adds one conversion of all channels. If it is the last conversion of the sample, returns the mean.
     fn with(&mut self, reading: &Reading<f64>) -> Option<Reading<f64>> {
         let (summed, sum) = match &self.sum {
             None => (1, *reading),
@@ -58,8 +58,8 @@ impl Mean {
     }
 }
 
-/// Adds the values and codes of two conversions. Each value of the sum has the worse status of the two (in the order hidden,
-/// clipped, derived, measured); all other fields are those of the second.
+/// Adds the values and codes of two conversions. Each value of the sum has the worse of the two statuses, in the order hidden, clipped,
+/// derived, measured. All other fields are those of the second conversion.
 fn plus(a: &Reading<f64>, b: &Reading<f64>) -> Reading<f64> {
     let worse = |a: Sensed, b: Sensed| {
         let order = [Sensed::Hidden, Sensed::Clipped, Sensed::Derived];

@@ -11,40 +11,40 @@ use crate::effect::terminals::ringing::Oscillation;
 use crate::effect::terminals::swing::{Powers, decayed, scaled};
 use crate::physics::legs::Conducting;
 
-/// Pick-up in all current readings, t seconds after the potential of a leg jumps from one rail to the other: `±
-/// amplitude · e^(−t/decay) · cos(2π frequency t)`, positive for a rising edge.
+/// Pick-up in all current readings. At the time t in s after the potential of a leg jumps from one rail to the other, it is `± amplitude
+/// · e^(−t/decay) · cos(2π frequency t)`. The sign is positive for a rising edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PickUp {
     /// Amplitude in A.
     pub amplitude: f64,
-    /// Time constant in s.
+    /// Time constant of the decay in s.
     pub decay: f64,
     /// Frequency in Hz.
     pub frequency: f64,
 }
 
-/// The sum of the pick-up of all edges so far, for machines side by side. All edges ring with the same frequency and decay, so
-/// the sum is one complex number.
+/// Sum of the pick-up of all edges so far, for machines side by side. The pick-up of each edge has the same frequency and decay, so the
+/// sum is one complex number.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PickedUp<V> {
-    /// Amplitude per edge in A.
+    /// Amplitude of the pick-up of one edge in A.
     amplitude: V,
     /// Rate of decay in 1/s.
     decay: V,
     /// Angular frequency in rad/s.
     turn: V,
-    /// Last potential of each leg as a share of the link's voltage: 0 and 1 at the rails, one half for a floating leg.
+    /// Last potential of each leg as a share of the link's voltage: 0 or 1 at the rails, ½ for a floating leg.
     levels: [V; 3],
     /// Real and imaginary part of the present pick-up in A.
     phasor: [V; 2],
 }
 
-/// Amplitude in A below which the pick-up is set to zero: far below the resolution of any reading. Without this limit, decaying
+/// Amplitude in A below which the pick-up is set to zero. It is far below the resolution of any reading. Without this limit, the decaying
 /// pick-up would end in subnormal numbers.
 const NOTHING: f64 = 1e-30;
 
 impl<V: Wide> PickedUp<V> {
-    /// Sets the parameters of a lane's pick-up, and its present value to zero.
+    /// Sets the parameters of a lane's pick-up, and sets the present pick-up to zero.
     pub fn put(&mut self, lane: usize, of: PickUp) {
         self.amplitude.put(lane, of.amplitude);
         self.decay.put(lane, 1.0 / of.decay);
@@ -58,8 +58,9 @@ impl<V: Wide> PickedUp<V> {
         self.phasor[0].get(lane)
     }
 
-    /// Returns the pick-up of one lane in A at several times: each lane of `share` is a share of the step of `h` seconds. `moves`:
-    /// movement of the potentials, with the step's oscillations; none if the terminals have no capacitance.
+    /// Returns the pick-up of one lane in A at several times within a step of `h` seconds. Each lane of `share` is the share of the step
+    /// that has elapsed at one of these times. `moves` contains the movement of the potentials and the step's oscillations; none if the
+    /// terminals have no capacitance.
     #[inline(always)]
     pub fn within(
         &self,
@@ -81,12 +82,13 @@ impl<V: Wide> PickedUp<V> {
         then.phasor[0]
     }
 
-    /// Adds the pick-up of a leg whose potential jumps by a share of the link's voltage.
+    /// Adds the pick-up of a leg whose potential jumps. `share` is the jump as a share of the link's voltage.
     pub fn jump(&mut self, lane: usize, share: f64) {
         self.phasor[0].put(lane, self.at(lane) + self.amplitude.get(lane) * share);
     }
 
-    /// Adds the pick-up of changed leg potentials in the lanes of `taken`, for terminals without a capacitance.
+    /// Adds the pick-up caused by the leg potentials that have changed, in the lanes of `taken`. Only for terminals without a
+    /// capacitance.
     #[inline(always)]
     pub fn follow(&mut self, taken: V::Mask, legs: &Conducting<V>) {
         let (zero, half, one) = (V::of(0.0), V::of(0.5), V::of(1.0));
@@ -106,7 +108,8 @@ impl<V: Wide> PickedUp<V> {
         }
     }
 
-    /// Advances the pick-up in the lanes of `taken` by `h` seconds; `moves`: movement of the potentials in this time.
+    /// Advances the pick-up in the lanes of `taken` by `h` seconds. `moves` contains the movement of the potentials in this time and the
+    /// step's oscillations.
     #[inline(always)]
     pub fn advance(&mut self, taken: V::Mask, h: V, moves: Option<(&Moves<V>, &[Oscillation<V>; 2])>) {
         let zero = V::of(0.0);
@@ -128,8 +131,8 @@ impl<V: Wide> PickedUp<V> {
     }
 }
 
-/// Rate of change of the sum of all terminal potentials over a step, per step and as a multiple of the link's voltage: a cubic
-/// of time plus the step's two oscillations with a factor each.
+/// Rate of change of the sum of all terminal potentials over a step, as a multiple of the link's voltage per step. It is a cubic of time
+/// plus the step's two oscillations, each with a factor.
 #[derive(Clone, Copy, Debug)]
 pub struct Moves<V> {
     /// Coefficients of the cubic.
@@ -139,7 +142,8 @@ pub struct Moves<V> {
 }
 
 impl<V: Wide> Moves<V> {
-    /// Copies one lane's movement to all lanes, each restricted to the first `share` of the step that stands in its lane.
+    /// Copies the movement of one lane to all lanes. In each lane it is limited to the first part of the step; `share` contains this
+    /// part.
     #[inline(always)]
     fn of_lane(&self, lane: usize, share: V) -> Self {
         let one = |number: &V| V::of(number.get(lane));
@@ -148,8 +152,8 @@ impl<V: Wide> Moves<V> {
         Self { cubic: scaled(&cubic, share, share), shares }
     }
 
-    /// Returns the response ∫ e^(z (1 − s)) x(s) ds to this movement x over a step, s from 0 to 1; `grown`: e^z. The response to sⁿ
-    /// is n! φ_(n+1)(z), with φ_(n+1) = (φ_n − 1/n!)/z; the response to an oscillation w e^(σ s) is w (e^σ − e^z)/(σ − z).
+    /// Returns the response ∫ e^(z (1 − s)) x(s) ds to this movement x over a step, where s runs from 0 to 1. `grown` is e^z. The
+    /// response to sⁿ is n! φ_(n+1)(z), with φ_(n+1) = (φ_n − 1/n!)/z. The response to an oscillation w e^(σ s) is w (e^σ − e^z)/(σ − z).
     #[inline(always)]
     fn answer(&self, z: [V; 2], grown: [V; 2], of: &[Oscillation<V>; 2]) -> [V; 2] {
         let (zero, one) = (V::of(0.0), V::of(1.0));

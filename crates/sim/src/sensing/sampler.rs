@@ -10,14 +10,14 @@ use super::oversampling::Mean;
 use super::{Arrangement, Channels, Converted, Sensors};
 use crate::{Draws, Faults, Purpose, Streams};
 
-/// The sampler of one run: stores the physical values at each sample, and converts the stored values together when the drive
-/// asks for its readings.
+/// The sampler of one run. It stores the physical values at each sample, and converts the stored values together when the drive asks for
+/// its readings.
 #[derive(Clone, Debug)]
 pub struct Sampler<'t> {
     arrangement: Arrangement,
-    /// Largest deviation (jitter) and delay of a trigger, in ns.
+    /// Largest jitter of a trigger, and delay of all triggers, both in ns.
     late: [u64; 2],
-    /// Whether the phases' channels have noise, and whether the link's channel has.
+    /// Whether the phases' channels have noise, and whether the link's channel has noise.
     noisy: [bool; 2],
     channels: Channels<4>,
     noise: Draws<'t>,
@@ -26,38 +26,39 @@ pub struct Sampler<'t> {
     dividers: Option<Dividers<'t>>,
     misread: Option<Misread>,
     mean: Mean,
-    /// Samples taken since the last conversion.
+    /// Samples that have been taken since the last conversion.
     taken: Vec<Instant>,
-    /// Whether each sample only reads the unfiltered currents and link voltage, in a run that nothing but samples, gate edges, ends of
-    /// modes and ends of commands interrupts. The run sets this field (`Control::has_plain_samples`).
+    /// Whether all samples of the run are plain: each reads only the unfiltered currents and the link's voltage, and only samples, gate
+    /// edges, ends of modes and ends of commands interrupt the run. The run sets this field from `Control::has_plain_samples`.
     pub is_plain: bool,
 }
 
 /// Physical values at the instant of a sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Instant {
-    /// The trigger's nominal time after the start of its command.
+    /// Nominal time of the trigger, counted from the start of the command.
     pub at: Nanos,
     /// Time in ns since the start of the run.
     pub time: f64,
-    /// Currents in A through the sensors, after the filters if there are any: see [`super::SensorSettings::seen`].
+    /// Currents in A through the sensors, as [`super::SensorSettings::seen`] defines them. If the sensors have filters, the currents are
+    /// the filters' outputs.
     pub current: [f64; 3],
-    /// Voltage of the DC link in V, after its sensor's filter if there is one.
+    /// Voltage of the DC link in V. If the link's sensor has a filter, it is the filter's output.
     pub dc_link: f64,
-    /// Voltages of the terminals in V, after their filters if there are any; unused if the drive does not read its
-    /// terminals.
+    /// Voltages of the terminals in V. If the dividers have filters, they are the filters' outputs. Not used if the drive does not read
+    /// its terminals.
     pub terminal: [f64; 3],
-    /// The request to each leg just before the trigger's nominal time.
+    /// Request to each leg immediately before the trigger's nominal time.
     pub requested: [Gate; 3],
-    /// Whether the drive assumes that the amplifier of each leg's shunt has settled by that time.
+    /// Whether the drive assumes, for each leg, that the amplifier of the leg's shunt has settled by the trigger's nominal time.
     pub settled: [bool; 3],
-    /// The comparator's trip in the command so far, if there was one.
+    /// The trip of a comparator in this command up to the sample. None if no comparator has tripped.
     pub capture: Option<Capture>,
 }
 
 impl Instant {
-    /// Makes the instant of a trigger at `at`, at a time in ns, with these currents in A and this voltage of the link in V,
-    /// for a drive without shunts, dividers and comparators.
+    /// Makes an instant for a drive without shunts, dividers and comparators. `at` is the trigger's nominal time in the command. `time`
+    /// is the time in ns since the start of the run. `current` is in A and `dc_link` in V.
     #[inline(always)]
     pub fn new(at: Nanos, time: f64, current: [f64; 3], dc_link: f64) -> Self {
         Self {
@@ -74,7 +75,7 @@ impl Instant {
 }
 
 impl<'t> Sampler<'t> {
-    /// Makes the sampler of a run; `taken`: allocated memory for samples to be reused, whose contents are not used.
+    /// Makes the sampler of a run. `taken` is allocated memory for samples. It is reused, and its contents are dropped.
     pub fn new(sensors: &Sensors, faults: Faults, streams: Streams<'t>, mut taken: Vec<Instant>) -> Self {
         taken.clear();
         taken.reserve(MOST_TAKEN);
@@ -98,18 +99,19 @@ impl<'t> Sampler<'t> {
         }
     }
 
-    /// Drops the samples of the finished command that have not been converted.
+    /// Drops those samples of the finished command that have not been converted.
     pub fn clear(&mut self) {
         self.taken.clear();
         self.mean.clear();
     }
 
-    /// Returns the allocated memory for samples, for the next run.
+    /// Returns the allocated memory for samples, so that the next run can reuse it.
     pub fn into_room(self) -> Vec<Instant> {
         self.taken
     }
 
-    /// Returns the actual sampling instant of a trigger at `nominal`, with delay and jitter, limited to its command.
+    /// Returns the actual sampling time of a trigger with the time `nominal`. It includes delay and jitter, and is limited to the
+    /// trigger's command.
     pub fn instant(&mut self, nominal: Nanos, command_start: Nanos, command_end: Nanos) -> Nanos {
         let [jitter, delay] = self.late;
         let late = nominal.0 + delay;
@@ -118,19 +120,19 @@ impl<'t> Sampler<'t> {
         Nanos(moved.max(command_start.0).min(command_end.0))
     }
 
-    /// Stores the values at an instant. Returns whether the store is full, so that the samples should be converted.
+    /// Stores the physical values of a sample. Returns whether the store is full; then the samples should be converted.
     #[inline(always)]
     pub fn take(&mut self, there: Instant) -> bool {
         self.taken.push(there);
         self.taken.len() >= MOST_TAKEN
     }
 
-    /// Returns the time in ns of the last sample that has not been converted; zero without one.
+    /// Returns the time in ns of the last sample that has not been converted. Zero if there is no such sample.
     pub fn last_taken(&self) -> f64 {
         self.taken.last().map_or(0.0, |there| there.time)
     }
 
-    /// Converts the samples taken since the last call, and appends their readings to `readings`.
+    /// Converts the samples that have been taken since the last call, and appends their readings to `readings`.
     pub fn convert<V: Wide>(&mut self, readings: &mut Vec<Reading<f64>>) {
         if !self.taken.is_empty() {
             let taken = std::mem::take(&mut self.taken);
@@ -145,7 +147,7 @@ impl<'t> Sampler<'t> {
         }
     }
 
-    /// Converts the values at an instant into `reading`; `noise`: standard normals of the channels.
+    /// Converts the physical values `there` of a sample into `reading`. `noise` contains standard normals for the channels.
     #[inline(always)]
     fn read(&mut self, there: &Instant, noise: [f64; 4], reading: &mut Reading<f64>) {
         let [a, b, c] = there.current;
@@ -172,7 +174,7 @@ impl<'t> Sampler<'t> {
         }
     }
 
-    /// Writes the currents into a reading for drives whose sensors are not in all three phases.
+    /// Writes the currents into a reading, for drives that do not have a sensor in each of the three phases.
     #[inline(never)]
     fn see(&self, there: &Instant, raw: &Converted<4>, reading: &mut Reading<f64>) {
         let measured = |k: usize| (raw.value[k], of_end(raw.at_end[k]), raw.code[k]);
@@ -189,8 +191,8 @@ impl<'t> Sampler<'t> {
         reading.counts.current = Abc(phases.map(|(.., code)| code));
     }
 
-    /// Returns the phase currents that a drive with this arrangement of sensors knows. `measured`: returns the reading of a channel;
-    /// `link`: reading of the current through the shunt in the DC link.
+    /// Returns the phase currents that a drive with this arrangement of sensors knows. `measured` returns the reading of a channel.
+    /// `link` is the reading of the shunt in the DC link.
     fn phases(&self, there: &Instant, measured: impl Fn(usize) -> Shown, link: Shown) -> [Shown; 3] {
         let derived = |k: usize| {
             let (x, y) = (measured((k + 1) % 3), measured((k + 2) % 3));
@@ -231,7 +233,7 @@ impl<'t> Sampler<'t> {
 /// Number of samples whose noise is drawn together.
 const AT_ONCE: usize = 8;
 
-/// Number of samples that are stored before they are converted: a limit to memory, because a command may ask for a million samples.
+/// Number of samples that are stored before they are converted. It limits the memory, because a command may ask for a million samples.
 const MOST_TAKEN: usize = 64;
 
 /// The conversion of at most [`AT_ONCE`] samples. The channels of each sample are computed side by side.
@@ -266,13 +268,13 @@ impl Compute for Conversion<'_, '_> {
     }
 }
 
-/// Returns the status of a measured value; `at_end`: whether its code is at an end of the converter's range.
+/// Returns the status of a measured value. `at_end` says whether its code is at an end of the converter's range.
 #[inline(always)]
 fn of_end(at_end: bool) -> Sensed {
     if at_end { Sensed::Clipped } else { Sensed::Measured }
 }
 
-/// A current in A that the drive reads, its status (measured, derived, clipped or hidden), and its converter's code.
+/// A current in A that the drive reads, with its status (measured, derived, clipped or hidden) and its converter's code.
 type Shown = (f64, Sensed, u32);
 
 /// A current that the drive cannot read.

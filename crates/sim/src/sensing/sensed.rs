@@ -15,14 +15,14 @@ use crate::physics::machine::Machine;
 use crate::physics::plane::Plane;
 use crate::step::two_derivative::{Here, Tried};
 
-/// The parts of the sensors whose outputs depend on the past; each is none if the machines' sensors do not have it.
+/// The parts of the sensors whose outputs depend on the past. A part is none if the machines' sensors do not have it.
 #[derive(Clone, Debug)]
 pub struct Sensed<V: Wide> {
     /// Filters of the current sensors.
     pub filters: Option<Filters<V>>,
     /// Outputs in A of the slew-rate-limited amplifiers, and their slew rate in A/s.
     slewing: Option<([V; 3], V)>,
-    /// The converters' sampling capacitors: see [`Acquiring`].
+    /// The converters' sampling capacitors, which [`Acquiring`] describes.
     acquiring: Option<Acquiring<V>>,
     /// Pick-up of switching edges in the current readings.
     pub picked_up: Option<PickedUp<V>>,
@@ -47,7 +47,7 @@ struct Passed<V: Wide> {
     current: [Plane<V>; 2],
     /// Slopes of the currents in A/s at both ends.
     rise: [Plane<V>; 2],
-    /// Oscillation of the currents where terminals have a capacitance.
+    /// Oscillation of the currents. None if the terminals have no capacitance.
     ringing: Option<Oscillating<V>>,
     /// The filters at the beginning of the step.
     filters: Option<Filters<V>>,
@@ -55,9 +55,9 @@ struct Passed<V: Wide> {
     picked_up: Option<PickedUp<V>>,
     /// Cubic part of each filter's input, in A.
     input: [Powers<V>; 3],
-    /// Factor of each of the two oscillations in each filter's input.
+    /// Factors of the two oscillations in the input of each filter.
     shares: [[V; 3]; 2],
-    /// Movement of the terminals' potentials, which makes pick-up; none without a capacitance.
+    /// Movement of the terminals' potentials, which causes pick-up. None if the terminals have no capacitance.
     moves: Option<Moves<V>>,
 }
 
@@ -66,15 +66,15 @@ struct Passed<V: Wide> {
 pub struct Oscillating<V> {
     /// The two modal oscillations.
     pub of: [Oscillation<V>; 2],
-    /// Vectors that map each modal oscillation to the current in A.
+    /// Vectors by which the modal oscillations are multiplied to obtain the current in A.
     pub to: [Plane<V>; 2],
-    /// Change of a terminal's potential per charge of 1 A·s, as a multiple of the link's voltage.
+    /// Change of a terminal's potential by a charge of 1 A·s, as a multiple of the link's voltage.
     pub per_charge: V,
 }
 
 impl<V: Wide> Sensed<V> {
-    /// Makes sensors of the same kind as these; none if no sensor has a state. `capacitive`: whether the terminals have a
-    /// capacitance.
+    /// Makes sensors of the same kind as those with these settings. None if no sensor has a state. `capacitive` says whether the
+    /// terminals have a capacitance.
     pub fn like(settings: &SensorSettings, capacitive: bool) -> Option<Self> {
         let filters = settings.bandwidth.is_some();
         let (acquiring, slewing) = (settings.acquisition > 0.0, settings.slews());
@@ -91,7 +91,7 @@ impl<V: Wide> Sensed<V> {
         })
     }
 
-    /// Returns whether sensors with these settings are of the same kind as `of`.
+    /// Returns whether sensors with these settings are of the same kind as the sensors `of`.
     pub fn fits(of: Option<&Self>, settings: &SensorSettings, capacitive: bool) -> bool {
         let plain = settings.bandwidth.is_none() && settings.pick_up.is_none() && settings.acquisition == 0.0;
         let divided = settings.divides(capacitive);
@@ -104,7 +104,7 @@ impl<V: Wide> Sensed<V> {
             && sensed.arrangement == settings.arrangement
     }
 
-    /// Sets the parameters of a lane's sensors, and their outputs to those at zero current.
+    /// Sets the parameters of a lane's sensors, and sets their outputs to those at zero current.
     pub fn put(&mut self, lane: usize, sensors: &Sensors) {
         if let (Some(filters), Some(bandwidth)) = (&mut self.filters, sensors.settings.bandwidth) {
             filters.put(lane, sensors.corner.map(|share| bandwidth * share));
@@ -126,7 +126,7 @@ impl<V: Wide> Sensed<V> {
         }
     }
 
-    /// Returns the present outputs in A of a lane's current sensors; `current`: present currents in A at their inputs.
+    /// Returns the present outputs in A of a lane's current sensors. `current` contains the present currents in A at their inputs.
     pub fn at(&self, lane: usize, current: [f64; 3]) -> [f64; 3] {
         let mut shown = current;
         if let Some(filters) = &self.filters {
@@ -146,20 +146,21 @@ impl<V: Wide> Sensed<V> {
         shown.map(|shown| shown + added)
     }
 
-    /// Returns the outputs in A, filters and pick-up, of a lane's current sensors, each at its own time in ns within the last step.
+    /// Returns the outputs in A of a lane's current sensors within the last step, after filters and with pick-up. `times` contains for
+    /// each phase its own time in ns.
     pub fn within(&self, lane: usize, times: [f64; 3]) -> [f64; 3] {
         V::compute(Within(&self.passed, lane, times))
     }
 
-    /// Returns the outputs in V of the filters behind a lane's dividers at a time in ns within the last step; none without these filters.
+    /// Returns the outputs in V of the filters behind a lane's dividers at `time` in ns within the last step. None without these filters.
     pub fn divided_within(&self, lane: usize, time: f64) -> Option<[f64; 3]> {
         let (passed, h) = (&self.passed, self.passed.h.get(lane));
         let share = ((time - passed.time.get(lane)) * (1e-9 / h)).clamp(0.0, 1.0);
         Some(self.divided.as_ref()?.within(lane, share, h, passed.ringing.as_ref()))
     }
 
-    /// Stores the quantities of a step that the sensors need, before its end overwrites the present state of the
-    /// machines that accepted it.
+    /// Stores the quantities of a step that the sensors need. This happens before the end of the step replaces the present state of the
+    /// machines that accepted the step.
     #[inline(always)]
     pub fn keep<const RARE: bool>(
         &mut self,
@@ -190,13 +191,13 @@ impl<V: Wide> Sensed<V> {
         }
     }
 
-    /// Advances the sensors over the stored step; `axes`: magnetic axes of the legs' phases.
+    /// Advances the sensors over the stored step. `axes` contains the magnetic axes of the legs' phases.
     pub fn follow(&mut self, axes: &[Plane<V>; 3]) {
         V::compute(Follow(self, axes));
     }
 
-    /// Advances the lanes of `taken` by `h` seconds in which no current flows and no potential moves; `legs`:
-    /// conduction of the legs meanwhile.
+    /// Advances the sensors in the lanes of `taken` by `h` seconds in which no current flows and no potential moves. `legs` is the
+    /// conduction of the legs during this time.
     #[inline(always)]
     pub fn rest(&mut self, taken: V::Mask, h: V, legs: &Conducting<V>) {
         let none = [V::of(0.0); 4];
@@ -215,9 +216,9 @@ impl<V: Wide> Sensed<V> {
 }
 
 impl<V: Wide> Sensed<V> {
-    /// Advances the slew-rate-limited amplifiers by `h` seconds. Their input is the filters' output, or without filters the
-    /// shunts' current `seen` in A, at the end of this time. Only this end value is needed, because apart from its jumps
-    /// at edges a current changes more slowly than the slew rate.
+    /// Advances the slew-rate-limited amplifiers by `h` seconds. Their input is the filters' output or, without filters, the current
+    /// `seen` in A through the shunts. Only its value at the end of this time is needed: apart from jumps at gate edges, a current
+    /// changes more slowly than the slew rate.
     #[inline(always)]
     fn slew(&mut self, taken: V::Mask, h: V, seen: [V; 3]) {
         let Some((output, rate)) = &mut self.slewing else { return };
@@ -233,7 +234,7 @@ impl<V: Wide> Sensed<V> {
     }
 }
 
-/// Computation of the outputs of a lane's current sensors, each at its own time in ns.
+/// Computes the outputs of a lane's current sensors, for each phase at its own time in ns.
 struct Within<'s, V: Wide>(&'s Passed<V>, usize, [f64; 3]);
 
 impl<V: Wide> Compute for Within<'_, V> {
@@ -272,7 +273,7 @@ impl<V: Wide> Compute for Within<'_, V> {
     }
 }
 
-/// Advance of the sensors over the stored step.
+/// Advances the sensors over the stored step.
 struct Follow<'s, V: Wide>(&'s mut Sensed<V>, &'s [Plane<V>; 3]);
 
 impl<V: Wide> Compute for Follow<'_, V> {

@@ -7,8 +7,8 @@ use crate::effect::winding::flux_within;
 use crate::effect::{Effect, Looked, Span, terminals};
 
 impl<V: Wide> Span<'_, '_, V> {
-    /// Returns the states of the machines at this point within the step, as exact as at its end: the flux from the integrals of the
-    /// voltage and of the currents' cubics, the currents from the core at this flux.
+    /// Returns the states of the machines at this time within the step. They are as exact as at the end of the step. The flux comes from
+    /// the integrals of the voltage and of the cubics of the currents. The currents come from the core at this flux.
     #[inline(always)]
     pub fn there(&self) -> Here<V> {
         let Span { machine, branch, from, step, share } = *self;

@@ -7,11 +7,11 @@ use std::array::from_fn;
 
 use standstill_numeric::Lane;
 
-/// Number of derivatives that a step evaluates: six within it and one at its end.
+/// Number of derivatives that a step evaluates: six before its end and one at its end.
 pub const STAGES: usize = 7;
 
-/// Stages: the share of the step at which each derivative is evaluated, and the weights of the previous derivatives
-/// there.
+/// Stages of the method. Each stage has the share of the step at which the derivative is evaluated, and the weights of the previous
+/// derivatives in the state at that time.
 const STAGE: [(f64, [f64; STAGES - 1]); STAGES] = [
     (0.0, [0.0; 6]),
     (0.2, [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
@@ -22,27 +22,28 @@ const STAGE: [(f64, [f64; STAGES - 1]); STAGES] = [
     (1.0, [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0]),
 ];
 
-/// One attempted step from `start` over `h`; of one machine or of several side by side.
+/// One attempted step of the length `h` from the state `start`, for one machine or several side by side.
 #[derive(Clone, Copy, Debug)]
 pub struct Attempt<const N: usize, T = f64> {
     /// Length of the step in s.
     pub h: T,
     /// State at the beginning.
     pub start: [T; N],
-    /// State at the end, of order 5.
+    /// State at the end, computed with order 5.
     pub end: [T; N],
-    /// Time derivatives of the state at the seven stages: at the beginning, within, and at the end.
+    /// Time derivatives of the state at the seven stages. The first stage is at the beginning of the step, the last one at its end.
     pub slopes: [[T; N]; STAGES],
 }
 
 impl<const N: usize, T: Lane> Attempt<N, T> {
-    /// Makes a step from a state over `h` seconds, to be taken by [`Self::take`].
+    /// Makes a step of `h` seconds from a state. [`Self::take`] then computes it.
     #[inline(always)]
     pub fn new(start: [T; N], h: T) -> Self {
         Self { h, start, end: start, slopes: [[T::of(0.0); N]; STAGES] }
     }
 
-    /// Takes the step; `derivative`: returns the time derivative of a state at a time in s; `t`: time in s at the beginning.
+    /// Computes the step. `derivative` returns the time derivative of a state at a time in s. `t` is the time in s at the beginning of
+    /// the step.
     #[inline(always)]
     #[must_use]
     pub fn take(mut self, mut derivative: impl FnMut(T, &[T; N]) -> [T; N], t: T) -> Self {
@@ -56,7 +57,7 @@ impl<const N: usize, T: Lane> Attempt<N, T> {
         self
     }
 
-    /// Returns the state after the step, as the sum of its slopes with these weights.
+    /// Returns the state at the beginning plus `h` times the sum of the stages' derivatives with these weights.
     #[inline(always)]
     fn after(&self, weights: &[f64; STAGES - 1]) -> [T; N] {
         from_fn(|n| {
@@ -70,8 +71,8 @@ impl<const N: usize, T: Lane> Attempt<N, T> {
         })
     }
 
-    /// Returns the largest component of the error estimate relative to its tolerance; the step is acceptable up to 1.
-    /// Not a number if any component is not a number.
+    /// Returns the largest component of the error estimate relative to its tolerance. The step is acceptable if the value is at most 1.
+    /// It is not-a-number if any component is not-a-number.
     #[inline(always)]
     pub fn error(&self, tolerance: &[f64; N]) -> T {
         let [k1, _, k3, k4, k5, k6, k7] = &self.slopes;

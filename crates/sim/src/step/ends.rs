@@ -10,8 +10,8 @@ use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
 
 impl<V: Wide> Tried<V> {
-    /// Makes an empty record of a step. All fields are written out: a call of [`Self::new`] with zero length would be shorter,
-    /// but would compile the code of a step once more.
+    /// Makes an empty record of a step. All fields are written out. A call of [`Self::new`] with zero length would be shorter, but it
+    /// would compile the code of a step a second time.
     pub fn none(here: &Here<V>) -> Self {
         let zero = V::of(0.0);
         Self {
@@ -35,7 +35,7 @@ impl<V: Wide> Tried<V> {
         }
     }
 
-    /// Computes the smallest margins of all modes: within the step, at its beginning, and at its end.
+    /// Computes the smallest margins of the modes within the step, at its beginning and at its end.
     #[inline(always)]
     pub(super) fn look_for_ends<const RARE: bool>(&mut self, machine: &Machine<V>, bounds: &Bounds<V>) {
         let [least, mut at_mode_end, at_begin] = self.room_of_legs::<RARE>(V::of(f64::INFINITY), bounds);
@@ -54,7 +54,7 @@ impl<V: Wide> Tried<V> {
         (self.least_margin, self.blocked_at_begin, self.least_at_mode_end) = (least, at_begin, at_mode_end);
     }
 
-    /// Returns the largest angle in rad by which the oscillations of a lane turn in the step.
+    /// Returns the largest angle in rad by which an oscillation of a lane turns during the step.
     pub fn turned(&self, lane: usize) -> f64 {
         let squares = self.floating.as_ref().map(|floating| floating.ringing.turned);
         let squares = squares.map_or([0.0; 2], |squares| squares.map(|square| square.get(lane)));

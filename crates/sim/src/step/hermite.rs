@@ -2,8 +2,8 @@
 
 use standstill_numeric::{Lane, Wide};
 
-/// Cubic polynomial over a step, given by its values and slopes at both ends. Time is a share of the step, from 0 to 1, so slopes are per
-/// step.
+/// Cubic polynomial over a step, given by its values and slopes at both ends. Time is a share of the step, from 0 to 1. So slopes are
+/// changes per step.
 #[derive(Clone, Copy, Debug)]
 pub struct Cubic<T> {
     /// Values at the beginning and at the end.
@@ -28,8 +28,8 @@ impl<V: Wide> Cubic<V> {
 }
 
 impl<T: Lane> Cubic<T> {
-    /// Returns the coefficients from the constant to the cubic one: a, s, 3 (b − a) − 2 s − e, s + e − 2 (b − a) for values a
-    /// and b and slopes s and e at the ends.
+    /// Returns the four coefficients, beginning with the constant: a, s, 3 (b − a) − 2 s − e, s + e − 2 (b − a). Here a and b are the
+    /// values at the ends, and s and e are the slopes at the ends.
     #[inline(always)]
     pub fn powers(&self) -> [T; 4] {
         let ([a, b], [s, e]) = (self.value, self.slope);
@@ -37,29 +37,29 @@ impl<T: Lane> Cubic<T> {
         [a, s, rise * 3.0 - s - s - e, s + e - rise - rise]
     }
 
-    /// Returns the value after a share of the step.
+    /// Returns the value after the share `x` of the step.
     #[inline(always)]
     pub fn at(&self, x: T) -> T {
         let [a, s, c, d] = self.powers();
         a + x * (s + x * (c + x * d))
     }
 
-    /// Returns the slope, per step, after a share of the step.
+    /// Returns the slope per step after the share `x` of the step.
     #[inline(always)]
     pub fn rise(&self, x: T) -> T {
         let [_, s, c, d] = self.powers();
         s + x * (c + c + x * (d * 3.0))
     }
 
-    /// Returns the integral from the beginning up to a share of the step, divided by the step's length.
+    /// Returns the integral from the beginning to the share `x` of the step, divided by the step's length.
     #[inline(always)]
     pub fn area(&self, x: T) -> T {
         let [a, s, c, d] = self.powers();
         x * (a + x * (s * 0.5 + x * (c * (1.0 / 3.0) + x * (d * 0.25))))
     }
 
-    /// Returns approximately the lowest value between the ends if the cubic falls at its beginning and rises at its end;
-    /// else infinity.
+    /// Returns approximately the lowest value between the ends, if the cubic falls at its beginning and rises at its end. Otherwise
+    /// returns infinity.
     #[inline(always)]
     pub fn dip(&self) -> T {
         let zero = T::of(0.0);
@@ -71,9 +71,9 @@ impl<T: Lane> Cubic<T> {
 }
 
 impl Cubic<f64> {
-    /// Returns the share of the step, between `from` and `to`, at which the cubic falls to `level`. The cubic must be
-    /// above the level at `from` and below it at `to`; else returns one of these ends. Exact up to rounding: Newton's method, with
-    /// bisection where a Newton step leaves the bracket.
+    /// Returns the share of the step, between `from` and `to`, at which the cubic falls to `level`. The cubic must be above the level at
+    /// `from` and below it at `to`; otherwise one of these ends is returned. The result is exact up to rounding. Newton's method finds
+    /// it, with bisection where a Newton step leaves the bracket.
     pub fn falls_to(&self, level: f64, from: f64, to: f64) -> f64 {
         let [a, s, c, d] = self.powers();
         let a = a - level;
@@ -109,16 +109,16 @@ impl Cubic<f64> {
     }
 }
 
-/// Error of a cubic's root, as a share of the step, at which the next Newton iteration is the last.
+/// If the error of a root, as a share of the step, is below this value, the next Newton iteration is the last one.
 const CLOSE: f64 = 1e-8;
-/// Largest number of iterations; bisection alone reaches that error within it.
+/// Largest number of iterations. Bisection alone needs no more to reach the error [`CLOSE`].
 const MOST_ROUNDS: u32 = 60;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// (x − r) (x² + p x + q) times a factor, as values and slopes at 0 and 1.
+    /// Returns the cubic `factor` (x − r) (x² + p x + q), with r the `root`.
     fn cubic(root: f64, p: f64, q: f64, factor: f64) -> Cubic<f64> {
         let value = |x: f64| factor * (x - root) * (x * x + p * x + q);
         let slope = |x: f64| factor * ((x * x + p * x + q) + (x - root) * (x + x + p));

@@ -17,16 +17,16 @@ use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::dormand_prince::Attempt;
 
-/// Number of values of a state, without the pinned fluxes of the play cells.
+/// Number of values of a state without the pinned fluxes of the play cells.
 const OWN: usize = 11;
-/// Number of values of a state, with the pinned fluxes.
+/// Number of values of a state with the pinned fluxes of the play cells.
 const NUMBERS: usize = OWN + size_of::<BranchState<f64>>() / size_of::<f64>();
 
-/// Tolerance of the speed in rad/s per rad of the angle's tolerance, and of the link's voltage in V per Wb of the
-/// flux's tolerance. Within a tenth of a millisecond such errors grow to the tolerances of angle and flux.
+/// Tolerance of the speed in rad/s, divided by the tolerance of the angle in rad. It also is the tolerance of the link's voltage in V,
+/// divided by the tolerance of the flux in Wb. Within 0.1 ms, such errors grow to the tolerances of angle and flux.
 const PER_SECOND: f64 = 1e4;
 
-/// Returns the values of a state, and then the components of the pinned fluxes of the play cells.
+/// Returns the values of a state, followed by the components of the pinned fluxes of the play cells.
 fn numbers<V: Wide>(state: &State<V>, pinned: &BranchState<V>) -> [V; NUMBERS] {
     let State { flux, turned, speed, link, lagging, shorted, potential: [a, b, c] } = *state;
     let own = [flux.x, flux.y, turned, speed, link, lagging.d, lagging.q, shorted, a, b, c];
@@ -95,7 +95,7 @@ fn tolerances<V: Wide>(accuracy: &Accuracy<V>) -> [f64; NUMBERS] {
     std::array::from_fn(|n| own.get(n).copied().unwrap_or(flux))
 }
 
-/// Returns the state with these values at a time in s. Without a capacitor the link's voltage is the source's.
+/// Returns the state that has these values, at a time in s. Without a capacitor the link's voltage is the source's voltage.
 fn state_of<V: Wide>(machine: &Machine<V>, time: V, y: &[V; NUMBERS]) -> State<V> {
     let [x, y, turned, speed, mut link, d, q, shorted, a, b, c, ..] = *y;
     if machine.links.storage.is_none() {

@@ -26,14 +26,14 @@ use crate::physics::state::State;
 use crate::step::error::Accuracy;
 use crate::step::hermite::Cubic;
 
-/// Machines at one time: their states and operating points.
+/// The machines at one time, with their states and operating points.
 #[derive(Clone, Copy, Debug)]
 pub struct Here<V: Wide> {
     /// Time in ns since the start of the run.
     pub time: V,
     /// States of the machines.
     pub state: State<V>,
-    /// The operating points that follow from the states.
+    /// Operating points of the machines in these states.
     pub at: Operating<V>,
     /// Voltages and slopes of the DC sources.
     pub source: Source<V>,
@@ -52,13 +52,13 @@ pub struct Tried<V: Wide> {
     pub change: [Change<V>; 2],
     /// The DC links over the step.
     pub link: LinkStep<V>,
-    /// The rotors over the step; none if they cannot move.
+    /// The rotors over the step. None if they cannot move.
     pub rotor: Option<RotorStep<V>>,
-    /// The floating terminals over the step; none if terminals have no capacitance.
+    /// The floating terminals over the step. None if terminals have no capacitance.
     pub floating: Option<Floating<V>>,
-    /// The play cells over the step; none without hysteresis.
+    /// The play cells over the step. None without hysteresis.
     pub branch: Option<BranchStep<V>>,
-    /// Currents in A at both ends of the step: phase currents, or, if terminals have a capacitance, currents of the legs' devices.
+    /// Phase currents in A at both ends of the step. If terminals have a capacitance, they are the currents of the legs' devices instead.
     pub phases: [[V; 3]; 2],
     /// Margins of the guards at both ends.
     pub margins: [Margins<V>; 2],
@@ -66,23 +66,22 @@ pub struct Tried<V: Wide> {
     pub phase_rise: [[V; 3]; 2],
     /// The torque in N·m at both ends.
     pub torque: [V; 2],
-    /// Margin of the rotor's motion over the step; its slope follows from the slope of the torque.
+    /// Margin of the rotor's motion over the step, as a cubic. The slope of the margin follows from the slope of the torque.
     pub motion: Cubic<V>,
-    /// Error of the step relative to the tolerance; the step is acceptable up to 1. Not a number if any part is not a
-    /// number.
+    /// Error of the step relative to the tolerance. The step is acceptable if the error is at most 1. The error is not-a-number if any
+    /// part is not-a-number.
     pub error: V,
-    /// Margin in V of the blocked leg's potential at the beginning of the step, with the slack added; negative if the potential was
-    /// already out of its bounds.
+    /// Margin in V of the blocked leg's potential at the beginning of the step, with the slack added. It is negative if the potential was
+    /// out of its bounds already then.
     pub blocked_at_begin: V,
-    /// Smallest of all margins within the step and at its end, with the slack added; negative if a mode ends within the
-    /// step.
+    /// Smallest margin within the step and at its end, with the slack added. It is negative if a mode ends within the step.
     pub least_margin: V,
-    /// Smallest margin of legs, comparators and play cells at the end of the step, with the larger slack that applies to a step cut at
-    /// the end of a mode; negative if the step went too far beyond that end.
+    /// Smallest margin of legs, comparators and play cells at the end of the step. A larger slack is added, which applies to a step that
+    /// is cut at the end of a mode. The margin is negative if the step went too far beyond that end.
     pub least_at_mode_end: V,
 }
 
-/// The effects' quantities of a step, computed by the engine's method or by the referee's.
+/// Quantities of the single effects over a step. Either the engine's method or the referee's method computes them.
 #[derive(Clone, Copy)]
 pub(super) struct Parts<V: Wide> {
     pub link: LinkStep<V>,
@@ -92,8 +91,8 @@ pub(super) struct Parts<V: Wide> {
 }
 
 impl<V: Wide> Tried<V> {
-    /// Attempts a step from `here` to the times `until` in ns; `RARE`: whether machines may have ringing terminals, play cells or shorted
-    /// turns.
+    /// Attempts a step from `here` to the times `until` in ns. `RARE` says whether machines may have ringing terminals, play cells or
+    /// shorted turns.
     #[inline(always)]
     pub fn new<const RARE: bool>(
         machine: &Machine<V>,
@@ -189,7 +188,7 @@ impl<V: Wide> Tried<V> {
         Self::between::<RARE>(&end, bounds, there, Parts { link, rotor, ringing, branch: branched }, error)
     }
 
-    /// Completes the record of a step whose end is known, and finds the modes that end within it.
+    /// Completes the record of a step from its known end, and finds out whether modes end within the step.
     #[inline(always)]
     pub(super) fn between<const RARE: bool>(
         of: &End<'_, '_, V>,

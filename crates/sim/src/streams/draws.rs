@@ -23,7 +23,7 @@ use super::{AT_ONCE, IN_BLOCK, Purpose, Source, Tape};
 #[derive(Clone, Debug)]
 pub struct Draws<'t> {
     seeded: Seeded,
-    /// The tape, and the number of its strip with these draws.
+    /// The tape, and the number of the strip that contains these draws. None if the draws come from the seed.
     strip: Option<(&'t Tape, usize)>,
     /// Number of the next draw.
     next: u64,
@@ -35,7 +35,7 @@ impl<'t> Draws<'t> {
         Self { seeded: Seeded::new(source, purpose), strip, next: 0 }
     }
 
-    /// Stores the random words of the first draws, which the caller has already computed from the seed.
+    /// Stores the random words of the first draws. The caller has already computed them from the seed.
     #[inline(always)]
     pub(super) fn beginning_with(mut self, words: &[u64]) -> Self {
         self.seeded.take(words, 0);
@@ -52,7 +52,7 @@ impl<'t> Draws<'t> {
         }
     }
 
-    /// Draws standard normals until `out` is full.
+    /// Fills `out` with standard normals.
     pub fn normals(&mut self, mut out: &mut [f64]) {
         while !out.is_empty() {
             let at_hand = if self.strip.is_none() { self.seeded.normals_from(self.next) } else { &[] };
@@ -68,8 +68,8 @@ impl<'t> Draws<'t> {
         }
     }
 
-    /// Draws a standard normal truncated to ±`most`. A draw that is the p-quantile of the normal distribution becomes the p-quantile
-    /// of the truncated one, so that larger draws give larger results.
+    /// Draws a standard normal truncated to ±`most`. The p-quantile of the normal distribution becomes the p-quantile of the truncated
+    /// one, so that larger draws give larger results.
     pub fn normal_within(&mut self, most: f64) -> f64 {
         let normal = self.normal();
         let outside = lower_tail(most);
@@ -82,7 +82,7 @@ impl<'t> Draws<'t> {
         size.clamp(0.0, most).copysign(normal)
     }
 
-    /// Draws a uniform number in [0, 1): an odd multiple of 2^-49.
+    /// Draws a uniform number in [0, 1). The number is an odd multiple of 2^-49.
     #[inline]
     pub fn uniform(&mut self) -> f64 {
         let number = self.advance();
@@ -97,7 +97,7 @@ impl<'t> Draws<'t> {
         range.start + (range.end - range.start) * self.uniform()
     }
 
-    /// Draws an integer from 0 to `last`, each with the same probability up to a relative error of `last`/2^48.
+    /// Draws an integer from 0 to `last`. All integers have the same probability, up to a relative error of `last`/2^48.
     #[inline]
     pub fn integer(&mut self, last: u64) -> u64 {
         let product = u128::from(value_of_draw(self.uniform())) * (u128::from(last) + 1);
@@ -107,8 +107,8 @@ impl<'t> Draws<'t> {
         integer
     }
 
-    /// Draws a uniform angle in rad in [0, 2π): the direction of a vector of two normals. So a small change of a draw changes the
-    /// direction little; with an angle proportional to one uniform draw, the same direction would belong to both 0 and 1.
+    /// Draws a uniform angle in rad in [0, 2π). It is the direction of a vector of two normals, so that a small change of a draw changes
+    /// the direction little. An angle proportional to one uniform draw would jump: the draws 0 and 1 would belong to the same direction.
     pub fn angle(&mut self) -> f64 {
         let (x, y) = (self.normal(), self.normal());
         let angle = standstill_numeric::atan2(y, x);
@@ -124,17 +124,17 @@ impl<'t> Draws<'t> {
     }
 }
 
-/// Generator of the draws of one source and purpose. Each draw depends on the seed and on its number only; the block computed last is
-/// kept.
+/// Generator of the draws of one source and purpose. Each draw depends only on the seed and on the draw's number. The last computed block
+/// is kept.
 #[derive(Clone, Debug)]
 struct Seeded {
     source: Source,
     purpose: Purpose,
-    /// The draws computed last.
+    /// The last computed draws.
     block: [f64; AT_ONCE],
-    /// The numbers of these draws.
+    /// The numbers of the draws in `block`.
     numbers: Range<u64>,
-    /// Whether these draws are normals; otherwise uniforms.
+    /// Whether the draws in `block` are standard normals instead of uniform numbers.
     are_normals: bool,
 }
 
@@ -169,7 +169,7 @@ impl Seeded {
         self.at_hand(number)
     }
 
-    /// Returns the normals from draw `number` on that have already been computed.
+    /// Returns the normals that have already been computed, beginning with draw `number`.
     #[inline]
     fn normals_from(&self, number: u64) -> &[f64] {
         if !self.are_normals || !self.numbers.contains(&number) {
@@ -181,7 +181,7 @@ impl Seeded {
         &self.block[from..to]
     }
 
-    /// Returns the normal of draw `number` from a tape's strip; appends missing draws from this generator.
+    /// Returns the normal of draw `number` from a tape's strip. Draws that are missing on the strip are appended from this generator.
     fn taped(&mut self, (tape, strip): (&Tape, usize), number: u64) -> f64 {
         let place = usize::try_from(number).expect("a tape fits into the memory");
         tape.read(strip, place, |number| self.normal(number))
@@ -197,8 +197,8 @@ impl Seeded {
 
     /// Computes the uniform numbers of the block that contains draw `number`.
     ///
-    /// The discriminant of a purpose is the position of its first block. Its other blocks are far behind all first
-    /// blocks, in groups of four.
+    /// The discriminant of a purpose is the position of its first block. The purpose's other blocks are far behind the first blocks of
+    /// all purposes, in groups of four.
     #[cold]
     fn load(&mut self, number: u64) {
         const FIRST: u64 = IN_BLOCK as u64;
@@ -215,7 +215,7 @@ impl Seeded {
         self.numbers = numbers;
     }
 
-    /// Stores the uniform numbers of these random words; `from`: the number of the first draw.
+    /// Stores the uniform numbers of these random words. `from` is the number of the first draw.
     fn take(&mut self, words: &[u64], from: u64) {
         for (uniform, word) in self.block.iter_mut().zip(words) {
             *uniform = uniform_of_word(*word);

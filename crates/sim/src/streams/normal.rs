@@ -14,10 +14,10 @@ use super::AT_ONCE;
 /// Number of values that a draw can have.
 const VALUES: f64 = (1_u64 << 48) as f64;
 
-/// 2^52: the low bits of 2^52 + n, as a floating-point number, are those of the integer n, for n below 2^52.
+/// 2^52. For an integer n below it, the low bits of the floating-point number 2^52 + n are the bits of n.
 const WHOLE: f64 = (1_u64 << 52) as f64;
 
-/// Returns the uniform number in (0, 1) that a random word gives.
+/// Returns the uniform number in (0, 1) computed from a random word.
 #[inline(always)]
 pub(super) fn uniform_of_word(word: u64) -> f64 {
     uniform_of_value(word >> 16)
@@ -30,7 +30,7 @@ fn uniform_of_value(value: u64) -> f64 {
     (f64::from_bits(WHOLE.to_bits() | value) - WHOLE + 0.5) / VALUES
 }
 
-/// Returns the value k of the draw to which a uniform number belongs.
+/// Returns the value k of the draw that a uniform number represents.
 #[inline]
 pub(super) fn value(uniform: f64) -> u64 {
     // Between 0 and 2^48.
@@ -39,7 +39,7 @@ pub(super) fn value(uniform: f64) -> u64 {
     value
 }
 
-/// Returns the value k of a uniform number that is exactly (k + ½)/2^48, without a conversion, which takes ten instructions.
+/// Returns the value k of a uniform number that is exactly (k + ½)/2^48. It avoids a conversion, which would take ten instructions.
 #[inline(always)]
 pub(super) fn value_of_draw(uniform: f64) -> u64 {
     (uniform * VALUES - 0.5 + WHOLE).to_bits() - WHOLE.to_bits()
@@ -59,16 +59,15 @@ pub(super) fn uniform_of_normal(normal: f64) -> f64 {
 /// Largest distance of a uniform number from ½ for which [`central`] is valid.
 const CENTRAL: f64 = 0.425;
 
-/// Returns the standard normal of a uniform number, Φ⁻¹(u): algorithm AS 241 of M. J. Wichura, "The percentage points
-/// of the normal distribution", Applied Statistics 37 (1988), pp. 477–484, with a relative error of about 1e-16 plus
-/// rounding.
+/// Returns the standard normal Φ⁻¹(u) of a uniform number u. The relative error is about 1e-16 plus rounding. Source: algorithm AS 241 of
+/// M. J. Wichura, "The percentage points of the normal distribution", Applied Statistics 37 (1988), pp. 477–484.
 #[inline]
 pub(super) fn normal_of_uniform(uniform: f64) -> f64 {
     let off = uniform - 0.5;
     if off.abs() <= CENTRAL { central(off) } else { tail(uniform) }
 }
 
-/// Replaces uniform numbers by their standard normals, bit by bit equal to [`normal_of_uniform`].
+/// Replaces uniform numbers by their standard normals. The results are bit by bit equal to those of [`normal_of_uniform`].
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+bmi2", "x86_64+avx2+bmi2"))]
 pub(super) fn normals_of_uniforms(numbers: &mut [f64; AT_ONCE]) {
     let uniforms = *numbers;
@@ -103,7 +102,7 @@ pub(super) fn normals_of_uniforms(numbers: &mut [f64; AT_ONCE]) {
 /// Number of tail values that are computed together.
 const SIDE_BY_SIDE: usize = 8;
 
-/// Tail probability above which the coefficients of the near tail are certainly valid (they are valid down to e^−25).
+/// Tail probability above which the coefficients of the near tail are certainly valid. They are valid down to e^−25.
 const FAR: f64 = 2e-11;
 
 /// Returns the result of [`tail`] for tail probabilities above [`FAR`], without a branch.
@@ -115,25 +114,25 @@ fn near_tail(uniform: f64) -> f64 {
     ratio(NEAR_TAIL, r - 1.6).copysign(uniform - 0.5)
 }
 
-/// Returns the value of a polynomial at `x`; the coefficients begin with the constant.
+/// Returns the value of a polynomial at `x`. The first coefficient is the constant.
 #[inline(always)]
 fn polynomial(coefficients: [f64; 8], x: f64) -> f64 {
     coefficients.into_iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient)
 }
 
-/// Returns the ratio of two polynomials, numerator and denominator, at `x`.
+/// Returns the ratio of two polynomials at `x`. The first one is the numerator, the second one the denominator.
 #[inline(always)]
 fn ratio([above, below]: [[f64; 8]; 2], x: f64) -> f64 {
     polynomial(above, x) / polynomial(below, x)
 }
 
-/// Returns Φ⁻¹(½ + off) for a small `off`, up to [`CENTRAL`].
+/// Returns Φ⁻¹(½ + off). The distance `off` must be at most [`CENTRAL`].
 #[inline(always)]
 fn central(off: f64) -> f64 {
     off * ratio(MIDDLE, CENTRAL * CENTRAL - off * off)
 }
 
-/// Returns Φ⁻¹ of a uniform number in a tail: further than [`CENTRAL`] from ½.
+/// Returns Φ⁻¹ of a uniform number in a tail, that is, further than [`CENTRAL`] from ½.
 fn tail(uniform: f64) -> f64 {
     let probability = uniform.min(1.0 - uniform);
     let r = (-standstill_numeric::ln(probability)).sqrt();
@@ -145,7 +144,7 @@ fn tail(uniform: f64) -> f64 {
 #[allow(clippy::excessive_precision, clippy::unreadable_literal)]
 #[rustfmt::skip]
 mod coefficients {
-    /// Coefficients of the middle, up to `CENTRAL` from ½: numerator and denominator.
+    /// Numerator and denominator of the middle, for uniform numbers up to `CENTRAL` from ½.
     pub const MIDDLE: [[f64; 8]; 2] = [
         [
             3.3871328727963666080, 1.3314166789178437745e2, 1.9715909503065514427e3, 1.3731693765509461125e4,
@@ -157,7 +156,7 @@ mod coefficients {
         ],
     ];
 
-    /// Coefficients of the near tail, for √(−ln p) up to 5.
+    /// Numerator and denominator of the near tail, for √(−ln p) up to 5.
     pub const NEAR_TAIL: [[f64; 8]; 2] = [
         [
             1.42343711074968357734, 4.63033784615654529590, 5.76949722146069140550, 3.64784832476320460504,
@@ -169,7 +168,7 @@ mod coefficients {
         ],
     ];
 
-    /// Coefficients of the far tail, for √(−ln p) above 5.
+    /// Numerator and denominator of the far tail, for √(−ln p) above 5.
     pub const FAR_TAIL: [[f64; 8]; 2] = [
         [
             6.65790464350110377720, 5.46378491116411436990, 1.78482653991729133580, 2.96560571828504891230e-1,
@@ -186,7 +185,8 @@ mod coefficients {
 mod tests {
     use super::*;
 
-    /// Blocks of uniform numbers over the whole range: some entirely in a tail, with numbers far out, and some entirely in the middle.
+    /// Tests blocks of uniform numbers over the whole range. Some blocks lie entirely in a tail, with numbers far out; some lie entirely
+    /// in the middle.
     #[test]
     fn law_many_numbers_have_the_bits_of_each_alone() {
         let ends = [0, 1, 1000, 3800, 4000, 1 << 20].map(uniform_of_value);

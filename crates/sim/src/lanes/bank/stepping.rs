@@ -11,37 +11,37 @@ use crate::physics::gates::NEVER;
 use crate::physics::machine::Machine;
 use crate::step::two_derivative::{Here, Tried};
 
-/// Largest number of successive rejected steps; one more ends the run. Each retry is shorter, or is cut where a mode
-/// ends.
+/// Largest number of successive rejected steps. One more rejected step ends the run. After each rejection the next step is shorter or
+/// ends where a mode ends.
 const MOST_REFUSED: f64 = 200.0;
 
-/// Error for which the length of the next step is chosen, as a share of the tolerance.
+/// The length of the next step is chosen such that its expected error is this share of the tolerance.
 const HALF: f64 = 0.5;
 /// Largest ratio of the length of the next step to that of the present one.
 const LONGER_AT_MOST: f64 = 4.0;
-/// Replaces [`LONGER_AT_MOST`] where terminals ring: there the error depends on the phase of the oscillation, and is
-/// small by accident twice in each period.
+/// Replaces [`LONGER_AT_MOST`] in steps with ringing terminals. The error of such a step depends on the phase of the oscillation: twice
+/// in each period it is small by accident.
 const LONGER_WHERE_IT_RINGS: f64 = 1.5;
-/// Size of an oscillation (an amplitude of 0.75 % of the link's voltage) up to which [`LONGER_AT_MOST`] holds where terminals ring, too:
-/// the error of so small an oscillation is negligible whatever its phase.
+/// Size of a terminal's oscillation below which [`LONGER_AT_MOST`] holds for ringing terminals, too: an amplitude of 0.75 % of the link's
+/// voltage. The error of so small an oscillation is negligible at any phase.
 const STILL: f64 = 0.03;
-/// The next step ends at this share of the time within which an oscillation certainly cannot end a leg's current.
+/// An oscillation certainly cannot end a leg's current before a time that is known. The next step ends at this share of that time.
 const BEFORE: f64 = 0.97;
-/// Square of the angle in rad by which an eigenmode turns in a step, up to which [`LONGER_AT_MOST`] holds where terminals ring, too: in a
-/// step four times as long the mode turns no further than [`SEEN`] allows.
+/// Square of the angle in rad by which an eigenmode turns in a step. Below this value [`LONGER_AT_MOST`] holds for ringing terminals,
+/// too: even in a step four times as long the mode turns no further than [`SEEN`] allows.
 const HARDLY: f64 = SEEN / (LONGER_AT_MOST * LONGER_AT_MOST);
-/// Largest length of a retried step, as a share of the rejected one. For an error of four times the tolerance that grows
-/// with the fourth power of the length, 0.7 is the right share.
+/// Largest length of a step after a rejected one, as a share of the rejected step. It suits an error of four times the tolerance: since
+/// the error grows with the fourth power of the length, 0.7 is the right share.
 const SHORTER_AT_LEAST: f64 = 0.7;
-/// Smallest length of a retried step, as a share of the rejected one: the order of the error does not hold where the
-/// error is large.
+/// Smallest length of a step after a rejected one, as a share of the rejected step. A large error says little about the right length,
+/// because it does not follow the fourth-power law.
 const SHORTER_AT_MOST: f64 = 0.1;
 
-/// Shortest step in ns; time has no finer resolution.
+/// Shortest step in ns. Times have no finer resolution.
 const SHORTEST: f64 = 1e-6;
 
 impl<V: Wide> Bank<'_, V> {
-    /// Cuts steps at the time at which a terminal is expected to reach its bound.
+    /// Cuts steps at the time at which a current is expected to have charged a terminal to its bound.
     #[inline(always)]
     fn end_as_expected(&mut self, live: V::Mask, free_end: V) {
         let plan = &mut self.schedule;
@@ -58,8 +58,8 @@ impl<V: Wide> Bank<'_, V> {
     }
 }
 
-/// One step of all machines. `RARE`: whether the machines have ringing terminals, play cells or shorted turns; the code for these is
-/// larger than the rest of a step and is left out otherwise.
+/// One step of all machines. `RARE` says whether the code for ringing terminals, play cells and shorted turns is included. That code is
+/// larger than the rest of a step.
 pub(super) struct StepOf<'b, 'a, V: Wide, const RARE: bool>(pub(super) &'b mut Bank<'a, V>);
 
 impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
@@ -181,8 +181,8 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
     }
 }
 
-/// Makes the end of a step the present state of the machines that accepted it. Values that are constant for this kind
-/// of machine are not copied; `kinks`: whether the core's flux is copied.
+/// Makes the end of a step the present state of the machines that accepted the step. Values that are constant for this kind of machine
+/// are not copied. `kinks` says whether the core's flux is copied.
 #[inline(always)]
 pub(super) fn take<V: Wide>(
     machine: &Machine<V>,

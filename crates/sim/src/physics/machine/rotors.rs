@@ -9,20 +9,20 @@ use crate::physics::plane::Plane;
 use crate::physics::state::State;
 
 impl<V: Wide> Rotors<V> {
-    /// Imposes a constant acceleration in rad/s² electrical on the rotor of a lane; its torque no longer has an effect.
+    /// Imposes a constant electrical acceleration in rad/s² on the rotor of a lane. The machine's torque no longer has an effect.
     pub fn drive(&mut self, lane: usize, acceleration: f64) {
         self.per_inertia.put(lane, 0.0);
         self.imposed.put(lane, acceleration);
     }
 
-    /// Returns the acceleration in rad/s² (electrical).
+    /// Returns the electrical acceleration in rad/s² at a torque in N·m and an electrical speed in rad/s.
     #[inline(always)]
     pub fn acceleration(&self, torque: V, speed: V) -> V {
         (torque - self.load - self.dry_friction - speed * self.viscous) * self.per_inertia * self.moving
             + self.imposed
     }
 
-    /// Returns the change of the torque in N·m when flux in Wb and current in A are corrected, at constant angle.
+    /// Returns the change of the torque in N·m caused by a correction of the flux in Wb and the current in A, at constant angle.
     #[inline(always)]
     pub fn torque_change(
         &self,
@@ -34,14 +34,14 @@ impl<V: Wide> Rotors<V> {
             * self.torque_factor
     }
 
-    /// Returns the time derivative of the acceleration in rad/s³, for a time derivative of the torque in N·m/s.
+    /// Returns the time derivative of the electrical acceleration in rad/s³. `torque_rise` is the time derivative of the torque in N·m/s.
     #[inline(always)]
     pub fn jerk(&self, torque_rise: V, acceleration: V) -> V {
         (torque_rise - acceleration * self.viscous) * self.per_inertia * self.moving
     }
 
-    /// Returns the time derivative of the torque in N·m/s. The currents of play cells (`branch`) and of shorted turns make no torque and
-    /// are subtracted.
+    /// Returns the time derivative of the torque in N·m/s. Only the current of the core makes torque: the currents of the play cells
+    /// (`branch`) and of the shorted turns are subtracted.
     #[inline(always)]
     pub fn torque_rise(
         &self,
