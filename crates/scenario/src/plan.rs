@@ -20,9 +20,9 @@ use crate::{Remote, Scenario};
 /// Subject of remarks on results, see [`Plan::note`].
 #[derive(Clone, Copy, Debug)]
 pub enum Note {
-    /// Wrong poles: a motor's data do not show which pole draws more current.
+    /// Poles of answers may be wrong, because a motor's data do not show which pole draws more current.
     Poles,
-    /// A flux map of a motor that is too coarse.
+    /// The flux map of a motor is too coarse.
     Maps,
     /// Implausible numbers in a motor's data, which are probably mistakes.
     Numbers,

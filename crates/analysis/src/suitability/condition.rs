@@ -247,8 +247,8 @@ impl Bench<'_> {
 }
 
 impl Suitability {
-    /// Checks a motor whose saturation is not given: finds the smallest saturation that suffices, up to `most`. None if
-    /// `most` does not suffice, or if no work is left.
+    /// Checks a motor whose saturation is not given. Finds the smallest saturation, up to `most`, with which the motor meets the demands.
+    /// None if it does not meet them even with `most`, or if the allowed work is used up.
     pub(super) fn with_saturation(
         document: &Document,
         demands: &Demands,

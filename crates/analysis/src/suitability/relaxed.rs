@@ -53,8 +53,8 @@ pub(super) fn tried(
     Ok(None)
 }
 
-/// Returns by how much the settings of a look miss the demands that may be relaxed, as a sum of logarithms; none if they miss a demand that
-/// may not.
+/// Returns by how much settings miss the demands that may be relaxed, as the sum of the logarithms of the margins. None if they miss a
+/// demand that may not be relaxed. `look` has the results of a few starts with these settings.
 fn excess(look: &Look) -> Option<f64> {
     let mut sum = 0.0;
     for (demand, margin) in look.margins.all() {

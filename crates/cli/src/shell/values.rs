@@ -31,7 +31,7 @@ impl Shown {
         .collect()
     }
 
-    /// Formats a value without its unit, with six digits, which are enough to distinguish points.
+    /// Formats a value without its unit. Numbers have six significant digits, enough to distinguish the points of a sweep.
     pub fn text(&self, value: &Value) -> String {
         match value {
             Value::String(text) => text.clone(),
