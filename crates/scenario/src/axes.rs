@@ -142,8 +142,8 @@ pub struct Point {
     pub values: Vec<(String, Value)>,
 }
 
-/// Largest number of points of a design. Each point takes about 40 µs to check before the first trial, and 300 bytes of
-/// memory per axis until the last trial.
+/// Largest number of points of a design. The check of a point before the first trial takes about 40 µs. Each axis of a point occupies 300
+/// bytes of memory until the last trial.
 const MOST_POINTS: usize = 1_000_000;
 
 /// A checked axis whose values can be computed.
@@ -214,7 +214,7 @@ impl<'a> Axis<'a> {
         }
     }
 
-    /// Returns the value at a position along the axis, from 0 (first value) to 1 (last value).
+    /// Returns the value at the position `share` along the axis. Position 0 is the first value, position 1 the last value.
     fn at(&self, share: f64) -> Value {
         match self {
             Self::List(values) => {
@@ -242,8 +242,8 @@ impl<'a> Axis<'a> {
     }
 }
 
-/// Refuses a value from the command line that would have no effect because an axis sets its key, or a part of it, at
-/// every point.
+/// Checks that no value from the command line is replaced by an axis at every point. An axis replaces the value of its own key, the values
+/// of keys below this key, and values in a table that contains this key.
 pub(super) fn check_typed<'a>(
     document: &Document,
     axes: impl Iterator<Item = &'a String>,

@@ -48,7 +48,7 @@ impl ScenarioFile {
         self.motor.sheet(files)?.motor().map_err(|error| self.motor.wrong(error))
     }
 
-    /// Builds and checks the scenario on a motor that was already built.
+    /// Builds the scenario with a motor that was already built, and checks the scenario.
     pub(super) fn scenario_of(
         &self,
         motor: &Motor,
@@ -70,7 +70,7 @@ impl ScenarioFile {
         }
     }
 
-    /// Builds the scenario on a built motor, without checking that the method's settings can work.
+    /// Builds the scenario with a motor that was already built. Does not check that the method can work with its settings.
     pub(super) fn assemble(&self, motor: &Motor, files: &Files) -> Result<Scenario<Method<f64>>, FileError> {
         check("trials", &Quantity::<One>::si(self.trials as f64))?;
         self.limit.iter().try_for_each(|limit| check("limit", limit))?;
@@ -171,8 +171,8 @@ impl ScenarioFile {
         })
     }
 
-    /// Returns the dividers at the terminals of a drive, with the errors of the error set and the file's converter;
-    /// none if the drive does not read its terminals.
+    /// Returns the voltage dividers at the terminals of a drive. Their errors are those of the error set, and their A/D converter is the
+    /// one that the file sets. Returns none if the drive does not read its terminals.
     fn dividers(&self, motor: &Motor, drive: &DriveSettings) -> Result<Option<TerminalSensor>, FileError> {
         let sensors = &self.sensors;
         if sensors.terminals != Some(true) {
@@ -189,8 +189,8 @@ impl ScenarioFile {
         Ok(Some(of))
     }
 
-    /// Returns the A/D converter of the DC-link sensor for a link of `dc_link` volts; none if neither the error set nor
-    /// the file gives a converter.
+    /// Returns the A/D converter of the DC-link voltage sensor. `dc_link` is the voltage of the DC link in V. Returns none if neither the
+    /// error set nor the file defines a converter.
     pub(super) fn link_converter(&self, motor: &Motor, dc_link: f64) -> Result<Option<Adc>, FileError> {
         let adc = self.errors.0.sensors(motor.rated_current, dc_link).dc_link.adc;
         let range = self.sensors.dc_link_range.map(|range| [0.0, range.value()]);
@@ -231,8 +231,8 @@ fn check_sensors(method: MethodName, scenario: &Scenario<Method<f64>>) -> Result
     Err(FileError::key("detector.method", &found, &needed))
 }
 
-/// Checks that the motor's iron has hysteresis, and that its core model covers currents of the size of the coercive
-/// current in all directions: remanence of former operation acts on the core like such a current.
+/// Checks that the motor's iron has hysteresis. Also checks that the core model covers the coercive current in all directions, because
+/// remanence acts on the core like a current of this size.
 pub(super) fn check_memory(motor: &Motor) -> Result<(), FileError> {
     let circuit = &motor.magnetics;
     let Some(hysteresis) = circuit.hysteresis() else {
@@ -255,12 +255,12 @@ pub(super) fn check_memory(motor: &Motor) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Largest current at which the channel's voltage drop is checked, as a multiple of the rated current; the sensors clip
-/// there.
+/// Largest current at which the voltage drop of a MOSFET's channel is checked, as a multiple of the rated current. The current sensors clip
+/// at this current.
 const MOST_CURRENT: f64 = 2.5;
 
-/// Checks that a MOSFET's channel drops less voltage than its body diode up to [`MOST_CURRENT`]: a diode conducting in
-/// parallel to the channel is not modelled.
+/// Checks that a MOSFET's channel drops less voltage than its body diode at currents up to [`MOST_CURRENT`]. The reason is that the
+/// simulation does not model a diode that conducts in parallel to the channel.
 pub(super) fn check_channel(devices: &Devices, rated_current: f64) -> Result<(), FileError> {
     let drop = devices.switch_resistance * MOST_CURRENT * rated_current;
     if devices.kind == DeviceKind::Igbt || drop <= devices.diode_drop {
@@ -279,9 +279,8 @@ pub(super) fn check_channel(devices: &Devices, rated_current: f64) -> Result<(),
 /// Largest current through a divider, as a share of the rated current.
 const MOST_LOAD: f64 = 1e-3;
 
-/// Checks that dividers draw a negligible current, because the equations of the winding leave it out. For terminals
-/// with a capacitance, also checks that their voltage oscillates in spite of the dividers, because a solution without
-/// oscillation is not simulated.
+/// Checks that the dividers draw a negligible current, because the equations of the winding neglect this current. If the terminals have a
+/// capacitance, also checks that the terminal voltage oscillates in spite of the dividers, because overdamped terminals are not simulated.
 fn check_load(scenario: &Scenario<Method<f64>>, rated_current: f64) -> Result<(), FileError> {
     let Some(load) = scenario.sensors.terminal.and_then(|of| of.resistance) else { return Ok(()) };
     let of_current = scenario.drive.link.voltage / (MOST_LOAD * rated_current);

@@ -13,7 +13,8 @@ use super::axes::AxisSpec;
 use super::hosted::Provider;
 use super::tables::ScenarioFile;
 
-/// A scenario file as TOML, with its overrides: values from the command line, from an axis or drawn by a trial.
+/// A scenario file as TOML, with its overrides. An override is a value from the command line, a value of a sweep axis, or a value that a
+/// trial draws.
 #[derive(Clone, Debug)]
 pub struct Document {
     file: PathBuf,
@@ -49,7 +50,7 @@ impl Document {
         Ok(Self { file: file.to_owned(), text: text.into(), table, changed: Vec::new(), files, hosted: None })
     }
 
-    /// Sets a key, such as `sensors.noise`, from text as it would stand in the file; a string needs no quotes.
+    /// Sets a key, such as `sensors.noise`. `value` is the text that would stand in the file. A string needs no quotes.
     pub fn set(&mut self, key: &str, value: &str, origin: Origin) -> Result<(), FileError> {
         let parsed =
             format!("value = {value}").parse::<Table>().ok().and_then(|mut table| table.remove("value"));
@@ -189,7 +190,7 @@ impl Document {
         self.changed.retain(|(changed, _)| changed != key);
     }
 
-    /// Returns the origin of a key's value; none if the value stands in the file or the key is not set.
+    /// Returns the origin of a key's value. Returns none if the file itself sets the value or the key is not set.
     pub fn origin(&self, key: &str) -> Option<Origin> {
         self.changed.iter().rev().find(|(changed, _)| changed == key).map(|(_, origin)| *origin)
     }
@@ -222,8 +223,8 @@ impl Document {
             .map_err(|error| self.locate(error))
     }
 
-    /// Returns the error of a key whose value a command cannot use, with the value found, the values allowed and the key's
-    /// position.
+    /// Returns the error for a key whose value a command cannot use. `found` describes the value found, `needed` the values allowed. The
+    /// error contains the position of the key.
     pub fn refuse(&self, key: &str, found: &str, needed: &str) -> FileError {
         self.locate(FileError::key(key, found, needed))
     }
@@ -264,7 +265,8 @@ impl Document {
     }
 }
 
-/// Returns the value that one part of a key's path names: an entry of a table, or an element of a list by its number.
+/// Returns the value inside `value` that one part of a key's path names. In a table, the part is the name of an entry. In a list, the part
+/// is the number of an element.
 fn child<'v>(value: &'v Value, part: &str) -> Option<&'v Value> {
     match value {
         Value::Table(table) => table.get(part),

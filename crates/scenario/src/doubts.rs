@@ -9,8 +9,8 @@ use standstill_sim::{Arrangement, RotorState};
 use crate::keys::{Key, Usual, Values, keys};
 use crate::scenario::Scenario;
 
-/// Returns a warning if the detector assumes the wrong signature, the pole that draws more current, so that each start
-/// names the wrong pole; none if the signature agrees with the motor's data.
+/// Returns a warning if the detector assumes that the wrong pole draws more current. Such a detector reports the wrong pole in every trial.
+/// Returns none if the assumption agrees with the motor's data.
 ///
 /// ```
 /// use std::path::Path;
@@ -48,8 +48,8 @@ pub fn wrong_signature(scenario: &Scenario<Method<f64>>) -> Option<String> {
     })
 }
 
-/// Returns a warning of an implausible number in a motor's data, with the mistake that would explain it; none if all
-/// numbers are plausible.
+/// Returns a warning if a number in a motor's data is implausible. The warning describes the mistake that would explain the number. Returns
+/// none if all numbers are plausible.
 ///
 /// ```
 /// use standstill_plant::built_in;
@@ -101,8 +101,8 @@ pub fn of(scenario: &Scenario<Method<f64>>) -> Vec<String> {
 /// Ratio L_d/L_q above which the data sheet of a motor with a magnet may have the two axes exchanged.
 const ABOVE: f64 = 1.02;
 
-/// Returns a warning if a motor with a magnet has a larger L_d than L_q. Usually magnets inside the rotor make L_d the
-/// smaller one, and magnets on its surface make both equal.
+/// Returns a warning if a motor with a magnet has a larger L_d than L_q. Usually L_d is the smaller inductance of a motor with interior
+/// magnets, and both inductances of a motor with surface magnets are equal.
 fn exchanged_axes(motor: &Motor) -> Option<String> {
     let [d, q] = [motor.winding.d_axis_inductance(), motor.winding.q_axis_inductance()];
     (motor.has_magnet() && d > ABOVE * q).then(|| {
@@ -115,7 +115,7 @@ fn exchanged_axes(motor: &Motor) -> Option<String> {
     })
 }
 
-/// Returns a warning of a driven rotor without speed and acceleration, which stands still. [`of`] does not contain this
+/// Returns a warning if the rotor is driven, but stands still because its speed and its acceleration are zero. [`of`] does not contain this
 /// warning, because a sweep over the speed may begin at zero.
 ///
 /// ```
@@ -134,9 +134,9 @@ pub fn standing(scenario: &Scenario<Method<f64>>) -> Option<String> {
     })
 }
 
-/// Returns a warning if a shunt is read before its amplifier, limited by `sensors.slew`, has settled. At a switching
-/// edge the current in a shunt below a leg jumps by at most the phase current. The current in a DC-link shunt may
-/// change its sign, which is a jump of twice the phase current.
+/// Returns a warning if a shunt is read before its amplifier has settled. The slew rate `sensors.slew` limits the amplifier. At a switching
+/// edge the current in a shunt below a leg jumps by at most the phase current. The current in a DC-link shunt may change its sign, which is
+/// a jump of twice the phase current.
 fn short_settling(scenario: &Scenario<Method<f64>>) -> Option<String> {
     let (sensors, dead_time) = (&scenario.sensors, scenario.drive.dead_time.seconds());
     let jump = if sensors.arrangement == Arrangement::DcLinkShunt { 2.0 } else { 1.0 };
@@ -165,7 +165,7 @@ fn short_pause(scenario: &Scenario<Method<f64>>) -> Option<String> {
     })
 }
 
-/// Returns a warning if the value of a key exceeds the usual share of the key's reference.
+/// Returns a warning if the value of a key is too large in relation to the key's reference ([`Key::usual`]).
 fn unusual(scenario: &Scenario<Method<f64>>, key: &Key) -> Option<String> {
     let (motor, drive) = (&scenario.motor, &scenario.drive);
     let value = scenario.value(key.path)?.as_float()?;

@@ -13,21 +13,21 @@ use super::terminals::damp;
 /// Nominal DC-link voltage in V of the paper's drive.
 const DC_LINK: f64 = 550.0;
 
-/// Returns the nominal DC-link voltage in V of this motor's drive. If the data sheet does not state it, returns that of
+/// Returns the nominal DC-link voltage in V of this motor's drive. If the data sheet does not state this voltage, returns the voltage of
 /// the paper's drive.
 pub(crate) fn dc_link(motor: &Motor) -> f64 {
     motor.dc_link.unwrap_or(DC_LINK)
 }
 
-/// Default pick-up, the ringing in current readings after a switching edge: decay and frequency, but zero amplitude.
-/// Usual time constants are 0.3 to 1 µs, frequencies 3 to 10 MHz.
+/// Default pick-up. Pick-up is the ringing of current readings after a switching edge. The default has a decay time constant and a
+/// frequency, but zero amplitude. Usual time constants are 0.3 to 1 µs, usual frequencies 3 to 10 MHz.
 pub(crate) const PICK_UP: PickUp = PickUp { amplitude: 0.0, decay: 0.5e-6, frequency: 5e6 };
 
 /// Capacitance in F of each terminal in the error set `field`: two switches and a metre of cable.
 const TERMINAL_CAPACITANCE: f64 = 0.3e-9;
 
-/// Highest nominal DC-link voltage in V of drives with MOSFETs. It is the highest voltage that is safe to touch, and 80
-/// to 100 V devices with a few milliohms are usual there.
+/// Highest nominal DC-link voltage in V at which a drive has MOSFETs. It is the highest voltage that is safe to touch. Up to this voltage,
+/// drives usually have MOSFETs for 80 to 100 V with a few milliohms.
 const MOSFET_LINK: f64 = 60.0;
 
 /// Returns the usual kind of switches for this motor's nominal DC-link voltage. A 550 V drive that is run at 48 V keeps
@@ -36,8 +36,8 @@ pub(crate) fn device_kind(motor: &Motor) -> DeviceKind {
     if dc_link(motor) <= MOSFET_LINK { DeviceKind::Mosfet } else { DeviceKind::Igbt }
 }
 
-/// Returns the switches and diodes of a real drive for this rated current in A. The slopes of their characteristics are
-/// scaled so that the drop at rated current is the same in every drive.
+/// Returns the switches and diodes of a real drive for this rated current in A. The differential resistances are scaled so that the voltage
+/// drop at rated current is the same in every drive.
 fn devices(kind: DeviceKind, rated_current: f64) -> Devices {
     let slope = 8.0 / rated_current;
     match kind {
@@ -86,9 +86,9 @@ pub struct DriveSettings {
     pub bridge: Bridge,
     /// Dead time of the gate signals.
     pub dead_time: Nanos,
-    /// Standard deviation in s of the legs' switching delays about their mean, which is three times this value.
+    /// Standard deviation in s of the legs' switching delays. The mean of the delays is three times this value.
     pub delay_mismatch: f64,
-    /// DC link; the phase of its ripple is drawn per trial.
+    /// The DC link. Each trial draws the phase of its ripple.
     pub link: DcLink,
     /// Period of the PWM carrier.
     pub carrier_period: Nanos,
@@ -142,8 +142,8 @@ impl ErrorSet {
         }
     }
 
-    /// Returns the settling time that a drive assumes for the amplifier of its DC-link shunt. In the error set `field`
-    /// it is ten time constants.
+    /// Returns the settling time that a drive assumes for the amplifier of its DC-link shunt. In the error set `field` the settling time is
+    /// ten time constants of the amplifier.
     pub(crate) const fn settle(self) -> Nanos {
         match self {
             Self::None | Self::Noise => Nanos::ZERO,
@@ -225,10 +225,9 @@ impl ErrorSet {
         }
     }
 
-    /// Returns the voltage dividers that this drive would have at its terminals, for this rated current in A. Their
-    /// range is 1.8 times the link's voltage. At the link's voltage each draws 0.55 mA, or half a thousandth of the
-    /// rated current if that is less. From terminals with a capacitance they draw nothing unless
-    /// `sensors.terminal_load` is set.
+    /// Returns the voltage dividers at the terminals of a drive with this rated current in A. The range of a divider is 1.8 times the
+    /// DC-link voltage. At the DC-link voltage a divider draws 0.55 mA, or half a thousandth of the rated current if that is less. A
+    /// divider at a terminal with a capacitance draws no current unless `sensors.terminal_load` is set.
     pub fn dividers(self, rated_current: f64, drive: &DriveSettings) -> TerminalSensor {
         let dc_link = drive.link.voltage;
         let scale = dc_link / DC_LINK;

@@ -103,15 +103,15 @@ pub struct FaultSettings {
     pub at: FaultPlace,
     /// Smallest and largest size, in SI units; zero for a fault without a size.
     pub size: [f64; 2],
-    /// The two further sizes of the mode `turns-shorted`: resistance in Ω and coupling, each with its smallest and
-    /// largest value; zero for other modes.
+    /// Smallest and largest value of the two further sizes of the mode `turns-shorted`: the resistance in Ω and the coupling. Zero for
+    /// other modes.
     pub further: [[f64; 2]; 2],
-    /// Smallest and largest number, from 1, of the command from whose start the onset counts; each trial draws one. None: the
-    /// onset counts from the start of the detection.
+    /// Range of the number of a command. Each trial draws a number from this range, and the onset counts from the start of this command.
+    /// The first command has number 1. None if the onset counts from the start of the detection.
     pub command: Option<[u32; 2]>,
-    /// Earliest and latest onset in s, counted from the start that `command` gives.
+    /// Earliest and latest onset in s. The onset counts from the start of the drawn command, or of the detection if `command` is none.
     pub onset: [f64; 2],
-    /// Time in s after which the part works again; infinite if it stays broken.
+    /// Time in s after the onset at which the fault ends. Infinite if the fault does not end.
     pub lasts: f64,
 }
 
@@ -293,8 +293,7 @@ pub(crate) fn settings(
 }
 
 impl FaultMode {
-    /// Returns the number of places in a drive at which this fault can occur; for current sensors, the number of
-    /// sensors.
+    /// Returns the number of places in a drive at which this fault can occur. For faults of current sensors, this is the number of sensors.
     pub(super) fn places(self, arrangement: Arrangement) -> usize {
         match arrangement {
             Arrangement::TwoInLine if self.is_of_current_sensor() => 2,
@@ -307,8 +306,8 @@ impl FaultMode {
         self.has_place() && self.name().starts_with("current")
     }
 
-    /// Returns the part or property that a scenario lacks to have this fault, in its typical size, in addition to the
-    /// scenario's own faults; none if the fault is possible.
+    /// Returns the part or property without which this fault, in its typical size, cannot be added to the scenario's own faults. Returns
+    /// none if the fault can be added.
     pub fn lacks_usual(self, scenario: &Scenario<Method<f64>>) -> Option<&'static str> {
         let own = scenario.faults.iter().any(|fault| fault.mode == self);
         let short = self == Self::TurnsShorted;
@@ -319,8 +318,8 @@ impl FaultMode {
             ))
     }
 
-    /// Returns the part or property that a scenario lacks for this fault, in words for a message; none if the fault is
-    /// possible.
+    /// Returns the part or property without which a scenario cannot have this fault, in words for a message. Returns none if the scenario
+    /// can have the fault.
     pub fn lacks(self, scenario: &Scenario<Method<f64>>) -> Option<&'static str> {
         use standstill_sim::Arrangement::{DcLinkShunt, LowSideShunts, None as NoSensors, ThreeInLine};
         let (sensors, arrangement) = (&scenario.sensors, scenario.sensors.arrangement);

@@ -15,7 +15,7 @@ use super::document::FileError;
 use super::keys::{DetectorTable, check};
 use crate::DriveSettings;
 
-/// The detector of a trial: of the scenario's method, of a user's library, or of the running program.
+/// The detector of a trial. The scenario's method, a user's library or the running program provides the detector.
 // The size of the variants does not matter: one detector is made per trial.
 #[allow(clippy::large_enum_variant)]
 pub enum Made<D> {
@@ -28,15 +28,15 @@ pub enum Made<D> {
 }
 
 impl<D> Made<D> {
-    /// Makes a library's detector record its channels and log; does nothing for other detectors.
+    /// Turns on the recording of channels and log if the detector belongs to a library. Other detectors are not changed.
     pub(crate) fn watch(&mut self) {
         if let Self::Foreign(detector) = self {
             detector.watch();
         }
     }
 
-    /// Ends the detector. Returns the channels and the log that it recorded, with times from the given trace, whose run
-    /// ended at `end` in s.
+    /// Ends the detector and returns the channels and the log that the detector recorded. The times come from the commands in `trace`.
+    /// `end` is the end of the run in s.
     pub(crate) fn shown(&mut self, trace: &Trace, end: f64) -> Own {
         let Self::Foreign(detector) = self else { return Own::default() };
         // The detector is called when a command has ended, which is when the next command begins.
@@ -105,7 +105,7 @@ impl DetectorTable {
         loaded.map(Some).map_err(|error| FileError::key(KEY, &found(&error.found), &error.needed))
     }
 
-    /// Returns the longest time, by the wall clock, that one call of the library may take.
+    /// Returns the longest real time that one call of the library may take.
     ///
     /// # Errors
     /// The time is outside the key's range.
@@ -136,8 +136,7 @@ impl DetectorTable {
         Ok(())
     }
 
-    /// Returns the factory that makes one detector of the library for each trial. `knows`: nameplate that the detector
-    /// receives.
+    /// Returns the factory that makes one detector of the library for each trial. `knows` is the nameplate that the detector receives.
     ///
     /// # Errors
     /// A setting in `detector.config` cannot be written as a line KEY=VALUE.

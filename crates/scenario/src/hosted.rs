@@ -18,18 +18,18 @@ const KEY: &str = "detector.python";
 /// Origin of the key's value: the argument of the Python function.
 const ARGUMENT: Origin = Origin::Option("the argument `detector`");
 
-/// Keys of `[detector]` that have an effect on a Python class: its name, its settings, two values of its nameplate, and
-/// the time limit.
+/// Keys of `[detector]` that have an effect on a Python class: the class name, the settings, two values of the nameplate, and the time
+/// limit.
 const REACHING: [&str; 5] =
     [KEY, "detector.config", "detector.signature", "detector.dead_time", "detector.time_limit"];
 
-/// Fault of a detection that [`gave_up`]. The highest fault codes belong to the test bench.
+/// Fault of a detection that ended with [`gave_up`]. The highest fault codes are reserved for the test bench.
 const GAVE_UP: Own = Own { code: u32::MAX - 3, text: "the detector's program raised an error" };
 
 /// Factory of detectors that the running program provides, such as a Python class.
 pub trait Provider: fmt::Debug + Send + Sync {
-    /// Makes the detector of the trial with number `trial`. `seed`: seed for the detector's own random numbers, drawn
-    /// from the random numbers of the trial.
+    /// Makes the detector of the trial with number `trial`. `seed` is the seed for the detector's own random numbers. It is drawn from the
+    /// random numbers of the trial.
     fn detector(&self, given: &Arc<Given>, seed: u64, trial: u64) -> Box<dyn Detector<f64>>;
 }
 
@@ -57,14 +57,14 @@ impl PartialEq for Hosted {
     }
 }
 
-/// Returns the last step of a detector whose program has raised an error: the detection fails. The record of its trial
+/// Returns the last step of a detector whose program has raised an error. With this step the detection fails, and the record of the trial
 /// is void, see [`Record::is_void`].
 pub fn gave_up() -> Step<f64> {
     Step::Done(Outcome::Failed { fault: Fault::Own(GAVE_UP), findings: Findings::default() })
 }
 
 impl Record {
-    /// Returns whether the trial has no result, because its detector [`gave_up`].
+    /// Returns true if the trial has no result because the detector's last step was [`gave_up`].
     pub fn is_void(&self) -> bool {
         // The text is compared too: a fault of a library may have the same code.
         matches!(&self.run.ended, Ended::Outcome(Outcome::Failed { fault: Fault::Own(own), .. }) if *own == GAVE_UP)
@@ -116,8 +116,8 @@ impl Document {
 }
 
 impl DetectorTable {
-    /// Returns the provider of the class that `detector.python` names; none if the detector is a method or a library.
-    /// `hosted`: the provider that the running program has, if any.
+    /// Returns the provider of the class that `detector.python` names. Returns none if the detector is a method or a library. `hosted` is
+    /// the provider of the running program, if the program has one.
     ///
     /// # Errors
     /// The program does not provide the class, or keys are set beside `detector.python` that have no effect on the

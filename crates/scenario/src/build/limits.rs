@@ -8,16 +8,15 @@ use standstill_inverter::DeviceKind;
 use crate::Scenario;
 use crate::document::FileError;
 
-/// Shortest time constant in s of the winding's smaller inductance with the resistance of a switch or diode. Data
-/// sheets have the same limit for the winding alone.
+/// Shortest allowed time constant in s. The smaller inductance of the winding and the resistance of a switch or diode form this time
+/// constant. Data sheets have the same limit for the winding alone.
 const LEAST_TIME_CONSTANT: f64 = 1e-6;
 
-/// Largest acceleration of a rotor by its load, in revolutions per minute and second; the same limit as for
-/// `rotor.acceleration`.
+/// Largest acceleration of a rotor by its load, in revolutions per minute and second. The key `rotor.acceleration` has the same limit.
 const MOST_ACCELERATION: f64 = 1e7;
 
-/// Checks the resistances of switches and of diodes, each only if its flag in `given` is true, and the load torque. A
-/// resistance that the file does not give needs no check: the error set scales it to the motor.
+/// Checks the load torque and the resistances of switches and diodes. The two flags of `given` are true if the file gives the resistance of
+/// the switches and of the diodes. A resistance that the file does not give is not checked, because the error set scales it to the motor.
 ///
 /// # Errors
 /// A device makes the winding's time constant shorter than a microsecond, or the load accelerates the rotor by more than

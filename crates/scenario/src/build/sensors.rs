@@ -105,8 +105,8 @@ impl SensorsTable {
         Ok(())
     }
 
-    /// Checks that a slew rate or an acquisition time belongs to a drive with current sensors of the right kind, and
-    /// that not both are set.
+    /// Checks that the drive has the current sensors that the slew rate and the acquisition time need. Also checks that a sensor does not
+    /// have both a slew rate and an acquisition time.
     fn check_amplifiers(&self, sensors: &SensorSettings) -> Result<(), FileError> {
         self.needs(
             &["sensors.slew"],
@@ -156,8 +156,8 @@ impl SensorsTable {
     }
 }
 
-/// Checks that comparators of single phases have a current to watch: that of a sensor in line with each leg, or of a
-/// shunt below each leg.
+/// Checks that comparators of single phases have a current to watch. A sensor in line with each leg, or a shunt below each leg, provides
+/// this current.
 fn check_own_comparators(sensors: &SensorSettings) -> Result<(), FileError> {
     let has = match sensors.arrangement {
         Arrangement::ThreeInLine | Arrangement::LowSideShunts => return Ok(()),
@@ -172,8 +172,8 @@ fn check_own_comparators(sensors: &SensorSettings) -> Result<(), FileError> {
     Err(FileError::key("sensors.comparators", "\"per-leg\"", &needed))
 }
 
-/// Replaces the range or the number of bits of an A/D converter. If the error set has no converter, both are required. A
-/// converter of 0 bits clips to its range and does not quantize.
+/// Replaces the range or the number of bits of an A/D converter. If the error set has no converter, the file must set both. A converter of
+/// 0 bits clips to its range and does not quantize.
 pub(super) fn converter(
     key: &str,
     adc: Option<Adc>,

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use crate::suggestion::{suggest, unknown};
 
-/// Origin of a key's value that is not in the file.
+/// Origin of a key's value that the scenario file itself does not set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// Set on the command line.
@@ -68,7 +68,7 @@ pub enum FileError {
         place: String,
         /// Path of the key, such as `sensors.noise`.
         key: String,
-        /// The value found, and the values needed.
+        /// Text with the value found and the values allowed.
         message: String,
     },
     /// The motor's data sheet is invalid.
@@ -77,7 +77,7 @@ pub enum FileError {
 }
 
 impl FileError {
-    /// Returns the error of a key whose value is invalid: the value found, and the values allowed.
+    /// Returns the error for a key whose value is invalid. `found` describes the value found, `needed` the values allowed.
     pub(crate) fn key(key: &str, found: &str, needed: &str) -> Self {
         let message = format!("found {found}, needed {needed}");
         Self::Key { place: String::new(), key: key.to_owned(), message }
@@ -88,8 +88,8 @@ impl FileError {
         Self::key(&format!("detector.{key}"), &format!("method \"{method}\""), FOREIGN)
     }
 
-    /// Returns the error of a check in `detector.checks` that the chosen method does not have; its message lists the
-    /// checks of the method.
+    /// Returns the error for a check in `detector.checks` that the chosen method does not have. The message lists the checks that the
+    /// method has.
     pub(crate) fn foreign_check(check: Check, method: MethodName) -> Self {
         let names: Vec<String> =
             method.checks().iter().map(|check| format!("\"{}\"", check.name())).collect();
@@ -102,8 +102,8 @@ impl FileError {
         self.foreign_setting_in_words().is_some()
     }
 
-    /// Returns the words for a setting in `[detector]`, or a check, that the chosen method does not have: the key, and
-    /// the name of the check. None for other errors.
+    /// Describes the setting in `[detector]`, or the check, that the chosen method does not have. The text contains the key and, for a
+    /// check, the name of the check. Returns none for other errors.
     pub fn foreign_setting_in_words(&self) -> Option<String> {
         let Self::Key { key, message, .. } = self else { return None };
         if message.ends_with(FOREIGN) {

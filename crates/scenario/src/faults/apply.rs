@@ -57,15 +57,15 @@ pub(crate) fn demagnetise(faults: &[FaultSettings], motor: Motor) -> Result<Moto
 pub enum FaultDraw {
     /// The faulty phase, leg or sensor.
     Place,
-    /// The size, between the smallest and the largest one.
+    /// The size, between the smallest and the largest size.
     Size,
-    /// The sign, or one of two variants, such as a bit that is set or clear.
+    /// The sign of a fault, or the choice between two variants, such as a bit that is always set or always clear.
     Sign,
-    /// The onset, between the earliest and the latest one.
+    /// The onset, between the earliest and the latest onset.
     Onset,
     /// The command from whose start the onset counts.
     Command,
-    /// A further size: its index in [`FaultMode::further`] and its key.
+    /// A further size. The fields are the index of this size in [`FaultMode::further`] and the key of this size.
     Further(usize, &'static str),
 }
 
@@ -83,8 +83,8 @@ impl FaultDraw {
     }
 }
 
-/// Drawn numbers of a fault: uniform from 0 to 1, except for the number of the command. A number that the fault does
-/// not draw is zero or none.
+/// Drawn numbers of a fault. All except `command` are uniform from 0 to 1; `command` is the number of a command. A number that the fault
+/// does not draw is zero or none.
 #[derive(Clone, Copy, Default)]
 struct Drawn {
     place: f64,
@@ -96,8 +96,8 @@ struct Drawn {
 }
 
 impl FaultSettings {
-    /// Iterates over the draws of the fault in a trial, in the order in which they stand on the trial's tape; those of the next
-    /// fault follow.
+    /// Iterates over the draws of the fault in a trial, in the order in which the trial's tape contains these draws. On the tape, the draws
+    /// of the next fault follow.
     pub fn draws(&self) -> impl Iterator<Item = FaultDraw> + use<> {
         let further = self.mode.further().iter().enumerate();
         [FaultDraw::Place, FaultDraw::Size, FaultDraw::Sign, FaultDraw::Onset]

@@ -80,7 +80,7 @@ choice! {
     }
 }
 
-/// The size of a fault: how it is parsed, which values are allowed, and which are typical.
+/// Description of the size of a fault: how to parse the size, which values are allowed, and which are typical.
 #[derive(Clone, Copy)]
 pub struct Size {
     /// Function that returns a value in SI units; none if the value is not of the right quantity.
@@ -223,7 +223,7 @@ impl FaultMode {
         })
     }
 
-    /// Returns the sizes of this kind of fault besides `magnitude`, each with the name of its key.
+    /// Returns the further sizes of this kind of fault, each with its key. The size of the key `magnitude` is not among them.
     pub fn further(self) -> &'static [(&'static str, Further)] {
         if self == Self::TurnsShorted { &OF_SHORTS } else { &[] }
     }
@@ -273,8 +273,8 @@ impl FaultMode {
         )
     }
 
-    /// Returns whether this kind of fault concerns the nameplate, the data that the drive knows, or the magnets. Both
-    /// are the same in all trials.
+    /// Returns true if this kind of fault changes the magnets or the nameplate, which contains the data that the drive knows. Magnets and
+    /// nameplate are the same in all trials.
     pub fn is_fixed(self) -> bool {
         matches!(
             self,

@@ -6,11 +6,12 @@ use standstill_sim::Short;
 use super::FaultSettings;
 use crate::document::FileError;
 
-/// Smallest time constant in s of shorted turns that is simulated. The integrator's steps follow this time constant: a
-/// shorter one would need more steps.
+/// Smallest time constant in s of shorted turns that is simulated. With a smaller time constant, the integrator would need more and shorter
+/// steps.
 const SHORTEST_CONSTANT: f64 = 2e-7;
 
-/// Factor of the time constants of typical shorts above the smallest one, so that rounded sizes are still allowed.
+/// Ratio between the smallest time constant of typical shorts and the smallest allowed time constant. The ratio is above 1, so that rounded
+/// sizes are still allowed.
 const ROOM: f64 = 1.05;
 
 /// Smallest and largest typical share of shorted turns.
@@ -23,9 +24,8 @@ pub(super) const COUPLINGS: [f64; 2] = [0.71, 0.95];
 /// Largest typical resistance of a short, as a share of the resistance of a phase.
 const MOST_RESISTANCE: f64 = 0.5;
 
-/// Returns the smallest and largest typical share of shorted turns. On a motor whose shorted turns settle fast, the
-/// smallest share is larger, so that without a resistance their time constant is at least twice the smallest one
-/// allowed.
+/// Returns the smallest and largest typical share of shorted turns. On some motors the current of shorted turns settles fast. For these
+/// motors the smallest share is raised until the time constant without resistance is twice the smallest allowed time constant.
 pub(super) fn shares(motor: &Motor) -> [f64; 2] {
     let [least, most] = SHARES;
     // The time constant is proportional to the share.
@@ -33,8 +33,8 @@ pub(super) fn shares(motor: &Motor) -> [f64; 2] {
     [least * (2.0 * SHORTEST_CONSTANT / constant).max(1.0), most]
 }
 
-/// Returns the smallest and largest typical resistance in Ω. The largest is limited so that the smallest typical share
-/// of turns still settles slowly enough.
+/// Returns the smallest and largest typical resistance in Ω. The largest resistance is limited so that the current still settles slowly
+/// enough when the share of shorted turns is the smallest typical share.
 pub(super) fn resistances(motor: &Motor) -> [f64; 2] {
     let least = Short { share: shares(motor)[0], resistance: 0.0, coupling: COUPLINGS[1] };
     let allowed = least.resistance_of(motor, ROOM * SHORTEST_CONSTANT);
@@ -47,7 +47,7 @@ pub(super) fn is_typical(motor: &Motor) -> bool {
     least < most
 }
 
-/// Checks the sizes of a short of turns. `number`: number of the fault, counted from 0, for the error.
+/// Checks the sizes of a short of turns. `number` is the number of the fault, counted from 0; the error contains this number.
 ///
 /// # Errors
 /// The mutual inductance of the shorted turns and the other turns of their phase is negative, or the current of the
