@@ -171,8 +171,8 @@ impl ScenarioFile {
         })
     }
 
-    /// Returns the voltage dividers at the terminals of a drive. Their errors are those of the error set, and their A/D converter is the
-    /// one that the file sets. Returns none if the drive does not read its terminals.
+    /// Returns the voltage dividers at the terminals of a drive. The error set gives their errors; the file may change the range and the
+    /// number of bits of their A/D converter. Returns none if the drive does not read its terminals.
     fn dividers(&self, motor: &Motor, drive: &DriveSettings) -> Result<Option<TerminalSensor>, FileError> {
         let sensors = &self.sensors;
         if sensors.terminals != Some(true) {

@@ -206,8 +206,7 @@ impl Between {
     /// Returns both values as numbers.
     ///
     /// # Errors
-    /// A value has the wrong quantity or is out of range, or the two are in the wrong order; the error is the text of
-    /// the values found.
+    /// A value has the wrong quantity or is out of range, or the larger value comes first. The error is the text of the values.
     fn numbers(&self, read: fn(&Value) -> Option<f64>, [least, most]: [f64; 2]) -> Result<[f64; 2], String> {
         let both = match self {
             Self::One(value) => [value, value],
@@ -224,7 +223,7 @@ impl Between {
     /// Returns both values as numbers.
     ///
     /// # Errors
-    /// As for [`Self::numbers`]; the error names the key and the `number` of its fault, counted from 0.
+    /// The same as for [`Self::numbers`]. The error names the key and the fault. `number` is the number of the fault, counted from 0.
     fn within(
         &self,
         read: fn(&Value) -> Option<f64>,

@@ -120,8 +120,7 @@ impl DetectorTable {
     /// the provider of the running program, if the program has one.
     ///
     /// # Errors
-    /// The program does not provide the class, or keys are set beside `detector.python` that have no effect on the
-    /// class.
+    /// The program does not provide the class, or the file sets a key of `[detector]` that has no effect on the class.
     pub(super) fn provider<'a>(
         &self,
         hosted: Option<&'a Arc<dyn Provider>>,

@@ -100,10 +100,11 @@ pub(crate) trait Table {
         self.set_values().try_for_each(|(key, value)| key.check(value))
     }
 
-    /// Checks that the keys at `paths`, which need a certain part of the drive, are set only if this part is `there`.
+    /// Checks that keys are set only if the drive has the part that they need. `paths` are the paths of the keys. `there` is true if the
+    /// drive has the part. `needed` describes the part.
     ///
     /// # Errors
-    /// One of these keys is set, but the drive lacks the part; the error describes the part as `needed`.
+    /// One of these keys is set, but the drive lacks the part. The error contains `needed`.
     fn needs(&self, paths: &[&str], there: bool, needed: &str) -> Result<(), FileError> {
         let set = |path: &&str| self.set_values().find(|(key, _)| key.path == *path);
         match paths.iter().find_map(set) {
@@ -112,7 +113,7 @@ pub(crate) trait Table {
         }
     }
 
-    /// Writes each number of the table whose key sets a field of [`Scenario`] directly into this field.
+    /// Writes the numbers of the table into the scenario. Only keys that directly set a field of [`Scenario`] are written.
     fn set(&self, scenario: &mut Scenario<Method<f64>>) {
         for (key, value) in self.set_values() {
             if let (Some(set), Some(number)) = (key.set, value.number()) {
@@ -179,8 +180,8 @@ const TOP: &[Key] = &[
     },
 ];
 
-/// Iterates over all keys, table by table, except those of the motor, which its data sheet defines, and those of the
-/// sweep (`axes`, `design`, `tolerances`).
+/// Iterates over all keys, table by table. The keys of the motor, which its data sheet defines, and the tables `axes`, `design` and
+/// `tolerances` of the sweep are left out.
 pub fn keys() -> impl Iterator<Item = &'static Key> {
     let tables =
         [StopTable::KEYS, RotorTable::KEYS, InverterTable::KEYS, SensorsTable::KEYS, DetectorTable::KEYS];
@@ -201,10 +202,9 @@ pub(crate) fn check(path: &str, value: &dyn Written) -> Result<(), FileError> {
 }
 
 impl Scenario<Method<f64>> {
-    /// Returns the value of a key of the tables `rotor`, `inverter`, `sensors` and `detector`: a number in the unit of
-    /// the schema, which is SI except for angles in degrees; a choice as its name. None for a key that does not apply
-    /// to this scenario, such as a setting of another method, and for a key that has no value in [`Scenario`] but only
-    /// in the document, such as `detector.library`.
+    /// Returns the value of a key of the tables `rotor`, `inverter`, `sensors` and `detector`. A number has the unit of the schema: degrees
+    /// for angles, the SI unit for other quantities. A choice is returned as its name. Returns none in two cases. The key does not apply to
+    /// this scenario, such as a setting of another method. Or only the document contains the value of the key, as for `detector.library`.
     ///
     /// ```
     /// use standstill_scenario::{Document, Plan};

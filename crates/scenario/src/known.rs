@@ -11,13 +11,13 @@ use standstill_sim::{Arrangement, Comparators, SensorSettings, VoltageSensor};
 
 use crate::DriveSettings;
 
-/// Smallest relative difference between the poles' currents that a polarity test may rely on: several times the
-/// sensors' error in comparing two pulses.
+/// Smallest relative difference between the currents of the two poles on which a polarity test may rely. It is several times the error with
+/// which the sensors compare two pulses.
 const LEAST_DIFFERENCE: f64 = 0.005;
 
-/// Returns which pole draws more current at a current in A, and the relative difference between the two poles'
-/// currents; `None` where a flux map ends before that current. [`Signature::None`] where the difference is at most 0.5
-/// %, too little for a polarity test.
+/// Returns which pole draws more current, and the relative difference between the currents of the two poles. `current` is the current in A
+/// at which the poles are compared. The signature is [`Signature::None`] if the difference is at most 0.5 %, which is too little for a
+/// polarity test. Returns `None` if the flux map ends below this current.
 ///
 /// ```
 /// use standstill_detect::Signature;
@@ -39,8 +39,8 @@ pub fn pole_signature(motor: &Motor, current: f64) -> Option<(Signature, f64)> {
     Some((signature, difference))
 }
 
-/// Returns the change of 1/L_q between currents of + and − `current` in A along d, relative to the change of 1/L_d.
-/// Zero if 1/L_d does not change, or if the flux map does not reach these currents.
+/// Returns the ratio of two changes: the change of 1/L_q to the change of 1/L_d, both between a d-axis current of +`current` and of
+/// −`current` in A. Zero if 1/L_d does not change, or if the flux map does not reach these currents.
 fn cross_saturation(motor: &Motor, current: f64) -> f64 {
     let at = |current: f64| {
         let flux = motor.magnetics.flux_at(Dq::new(current, 0.0), Heading::ZERO).ok()?;
@@ -51,8 +51,8 @@ fn cross_saturation(motor: &Motor, current: f64) -> f64 {
     if d.abs() > 1e-6 * along.xx { q / d } else { 0.0 }
 }
 
-/// Returns the length of a voltage pulse between two terminals that raises the current to the rated current, at the
-/// rotor angle for which the pulse is shortest; at most 10 ms.
+/// Returns the duration of a voltage pulse between two terminals after which the current has reached the rated current. The rotor angle is
+/// the one at which the pulse is shortest. The duration is limited to 10 ms.
 fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
     // A current i through two terminals is a space vector of length 2/√3 i, a voltage U between them one of U/√3.
     let current = 2.0 / 3.0_f64.sqrt() * motor.rated_current;
@@ -73,8 +73,8 @@ fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
     }
 }
 
-/// Returns the kinds of readings of a drive with this arrangement of current sensors; `terminals`: whether it has
-/// dividers at its terminals, `timer`: whether a timer captures the trips of its comparators.
+/// Returns the kinds of readings of a drive with this arrangement of current sensors. `terminals` is true if the drive has voltage dividers
+/// at its terminals. `timer` is true if a timer captures the times at which the comparators trip.
 pub(crate) fn sources(arrangement: Arrangement, terminals: bool, timer: bool) -> Vec<Source> {
     let currents = match arrangement {
         Arrangement::ThreeInLine | Arrangement::TwoInLine | Arrangement::LowSideShunts => {
@@ -87,7 +87,7 @@ pub(crate) fn sources(arrangement: Arrangement, terminals: bool, timer: bool) ->
     currents.into_iter().chain(others.into_iter().flatten()).collect()
 }
 
-/// Returns the noise of a sample of the link's voltage in V rms, including the converter's rounding.
+/// Returns the noise of a sample of the DC-link voltage in V rms. The quantization noise of the converter is included.
 fn link_noise(of: &VoltageSensor) -> f64 {
     let rounding = of.adc.filter(|adc| adc.rounds()).map_or(0.0, |adc| adc.step() / 12.0_f64.sqrt());
     standstill_numeric::hypot(of.noise, rounding)

@@ -9,13 +9,13 @@ use standstill_quantity::Quantity;
 use super::document::FileError;
 use super::keys::InverterTable;
 
-/// Shortest time constant in s of a DC link with a capacitor. A link with a shorter one is practically stiff, but its
-/// time constant would make the simulation slow.
+/// Shortest allowed time constant in s of a DC link with a capacitor. A DC link with a shorter time constant has a practically constant
+/// voltage, but would make the simulation slow.
 const LEAST_TIME_CONSTANT: f64 = 1e-6;
 
 impl InverterTable {
-    /// Returns the DC-link capacitor with the resistance of its source; none for a stiff link, whose voltage does not
-    /// depend on the current.
+    /// Returns the capacitor of the DC link and the resistance of the source. Returns none for a DC link whose voltage does not depend on
+    /// the current.
     pub(super) fn storage(&self) -> Result<Option<Storage>, FileError> {
         match (self.capacitance.map(Quantity::value), self.source_resistance.map(Quantity::value)) {
             (Some(0.0), _) | (None, None) => Ok(None),

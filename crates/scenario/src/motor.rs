@@ -14,8 +14,8 @@ use toml::{Table, Value};
 use super::document::FileError;
 use super::suggestion::quoted;
 
-/// The motor of a scenario: the name of a built-in motor, the path of a data sheet, or a table with a data sheet. The
-/// table's key `base` names the motor that provides all values missing in the table.
+/// The motor of a scenario: the name of a built-in motor, the path of a data sheet, or a table with a data sheet. The key `base` of the
+/// table names another motor. This motor provides all values that the table does not contain.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum MotorSpec {
@@ -88,8 +88,8 @@ impl MotorSpec {
         }
     }
 
-    /// Converts an error of the data sheet. If the wrong value stands in the scenario itself, the error names the
-    /// scenario's key.
+    /// Converts an error of the data sheet. If the wrong value stands in the scenario itself, the resulting error names the key of the
+    /// scenario.
     pub(super) fn wrong(&self, error: MotorError) -> FileError {
         if let (Self::Table(table), MotorError::Value { key, found, needed, .. }) = (self, &error) {
             let mut parts = key.split('.');
@@ -101,8 +101,8 @@ impl MotorSpec {
         FileError::Motor(error)
     }
 
-    /// Returns the data sheet's value of a number, such as `winding.resistance`, as the mean of a tolerance; none if
-    /// the sheet does not have the number.
+    /// Returns the value of a number in the data sheet, such as `winding.resistance`. This value is the mean of a tolerance. Returns none
+    /// if the data sheet does not have the number.
     ///
     /// # Errors
     /// The data sheet cannot be read, or gives the number under another key.
@@ -131,7 +131,7 @@ impl MotorSpec {
         Ok(value())
     }
 
-    /// Returns the whole data sheet as a table, so that its file need not be read again.
+    /// Returns the whole data sheet as a table. With this table, the file of the data sheet need not be read again.
     pub(super) fn resolved(&self, files: &Files) -> Result<Table, FileError> {
         let base;
         let table = match self {
@@ -155,8 +155,8 @@ impl MotorSpec {
         Ok(sheet)
     }
 
-    /// Returns the motor's name for messages and reports: the built-in name or the path. For a table: its `name`, or
-    /// the name of its base.
+    /// Returns the motor's name for messages and reports: the name of a built-in motor or the path of a data sheet. For a table, returns
+    /// its entry `name`, or the name of its base.
     pub fn name(&self) -> String {
         match self {
             Self::Named(name) => name.clone(),
@@ -205,7 +205,7 @@ fn text(name: &str, files: &Files, key: &str) -> Result<(String, String), FileEr
     Ok((path.display().to_string(), text))
 }
 
-/// Returns the motor that a text names if the text is a scenario instead of a data sheet; none otherwise.
+/// Returns the name of the motor in a scenario. `text` was read as a data sheet by mistake. Returns none if the text is not a scenario.
 fn of_scenario(text: &str) -> Option<String> {
     const OWN: [&str; 7] = ["motor", "errors", "detector", "sensors", "inverter", "trials", "axes"];
     let table = text.parse::<Table>().ok()?;
@@ -228,12 +228,11 @@ fn named(name: &str, files: &Files, key: &str) -> Result<DataSheet, FileError> {
     Ok(sheet.with_files(files))
 }
 
-/// Keys of `[map]` that describe its file and need no source.
+/// Keys of `[map]` that describe the file of the flux map. They need no source.
 const WORDS: [&str; 3] = ["values", "columns", "beyond"];
 
-/// Merges `changes` into `sheet`. A plain number replaces a number of the sheet together with its source, and is marked
-/// as assumed in the scenario. `depth`: 0 for the whole sheet, 1 for one of its tables, 2 for a number with several
-/// parts.
+/// Merges `changes` into `sheet`. A number without a source replaces the number and the source in the sheet, and is marked as assumed in
+/// the scenario. `depth` is 0 for the whole sheet, 1 for a table of the sheet, and 2 for a number with several parts.
 fn lay_over(sheet: &mut Table, changes: &Table, depth: usize) {
     for (key, value) in changes {
         match (sheet.get_mut(key), value) {
@@ -268,8 +267,8 @@ fn lay_over(sheet: &mut Table, changes: &Table, depth: usize) {
     }
 }
 
-/// Returns the whole data sheet of a motor that is given as a table, merged with its base, and the file name for
-/// messages.
+/// Returns a file name for messages, and the whole data sheet of a motor that the scenario gives as a table. The table is merged with the
+/// data sheet of its base.
 fn whole(table: &Table, files: &Files) -> Result<(String, Table), FileError> {
     let mut changes = table.clone();
     let base = match changes.remove("base") {

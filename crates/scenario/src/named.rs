@@ -6,7 +6,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use standstill_interface::Choice;
 
-/// A value of an enum with named variants, which files write as the name of the variant.
+/// A value of an enum with named variants. Files contain the name of the variant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Named<T>(pub T);
 
@@ -46,8 +46,8 @@ mod tests {
     use crate::DesignKind;
     use crate::{ErrorSet, PoleRule, Rotor};
 
-    /// Checks that each name belongs to one variant, that the variant is read and written by it, and that the schema
-    /// has it.
+    /// Checks that each name belongs to one variant, and that the schema contains each name. Also checks that reading a name gives its
+    /// variant, and that writing a variant gives its name.
     fn check<T: Choice + std::fmt::Debug>() {
         assert_eq!(T::ALL.len(), T::NAMES.len());
         let schema = schemars::schema_for!(Named<T>).to_value();

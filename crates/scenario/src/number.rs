@@ -8,7 +8,7 @@ use toml::Value;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Number {
     pub(super) value: f64,
-    /// Unit as written; empty without a unit.
+    /// Unit as the file writes it. Empty if the file gives no unit.
     pub(super) unit: String,
     /// True if the number was written as an integer without a unit.
     pub(super) whole: bool,
@@ -31,8 +31,8 @@ impl Number {
         }
     }
 
-    /// Converts two numbers to a common unit: their own if both have the same unit, else the SI unit. A number without
-    /// a unit is in SI units. None if the dimensions differ.
+    /// Converts two numbers to a common unit. If both numbers have the same unit, they keep it; otherwise both are converted to the SI
+    /// unit. A number without a unit is in the SI unit. Returns none if the dimensions differ.
     pub(super) fn alike(a: Self, b: Self) -> Option<(Self, Self)> {
         if a.unit == b.unit {
             return Some((a, b));

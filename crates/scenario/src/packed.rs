@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::document::{Document, FileError};
 use super::motor::map_of;
 
-/// A scenario's text with the files that the text names; these must be written to the same folder as the text.
+/// The text of a scenario with the files that the text names. Text and files must be written to the same folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Packed {
     /// Text of the scenario, which contains the motor's whole data sheet.
@@ -16,7 +16,7 @@ pub struct Packed {
 }
 
 impl Document {
-    /// Packs motor, drive, sensors and rotor of a document into one text with the files that it names; the detector is
+    /// Packs motor, drive, sensors and rotor of a document into one text, together with the files that this text names. The detector is
     /// left out.
     ///
     /// ```

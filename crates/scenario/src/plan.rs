@@ -17,58 +17,56 @@ use super::tolerances::{Drawn, Tolerance};
 use super::typed::{self, Base, Typed};
 use crate::{Remote, Scenario};
 
-/// Subject of remarks on results, see [`Plan::note`].
+/// Subject of a remark on results, see [`Plan::note`].
 #[derive(Clone, Copy, Debug)]
 pub enum Note {
     /// Poles of answers may be wrong, because a motor's data do not show which pole draws more current.
     Poles,
     /// The flux map of a motor is too coarse.
     Maps,
-    /// Implausible numbers in a motor's data, which are probably mistakes.
+    /// Numbers in a motor's data are implausible and probably mistakes.
     Numbers,
-    /// A detector library that keeps state in other libraries, where it is not restored between trials.
+    /// A detector library keeps state in other libraries. This state is not restored between trials.
     Libraries,
 }
 
-/// A checked scenario file: the points of its sweep, and all data from which the scenario of a point or a trial is
-/// made.
+/// A checked scenario file. It contains the points of the sweep, and all data from which the scenario of a point or a trial is made.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub(super) document: Document,
-    /// The document with a copy of the motor's whole data sheet, so that its file is not read again. There is no copy
-    /// if an axis changes the motor's base or its flux map. All scenarios are made from this document.
+    /// The document from which all scenarios are made. It contains a copy of the motor's whole data sheet, so that the file of the data
+    /// sheet is not read again. It contains no copy if an axis changes the motor's base or its flux map.
     resolved: Document,
     /// The motor, if no axis and no tolerance changes it.
     motor: Option<Motor>,
     file: ScenarioFile,
     points: Vec<Point>,
     pub(super) tolerances: Vec<Drawn>,
-    /// True if the data of at least one motor do not suffice to tell which pole draws more current.
+    /// True if the data of at least one motor do not show which pole draws more current.
     pole_is_open: bool,
-    /// True if at least one motor has a magnet, and with it poles.
+    /// True if at least one motor has a magnet, and therefore poles.
     has_poles: bool,
     /// Remarks on each subject, in the order of [`Note`]; equal remarks are kept once.
     notes: [BTreeSet<String>; 4],
-    /// Setters that write the values that a trial draws into a scenario without reading the document; none if their
-    /// scenarios would differ from those of the document.
+    /// Functions that write the drawn values of a trial into a scenario without reading the document. None if the resulting scenarios would
+    /// differ from those of the document.
     pub(super) typed: Option<Typed>,
-    /// Runner of the trials in another process; none if they run in this process.
+    /// Runs the trials in another process. None if the trials run in this process.
     pub(super) remote: Option<Arc<dyn Remote>>,
 }
 
-/// Largest number of points at which the setters are compared with the document. With more points there are no setters,
-/// and the document is read for each trial.
+/// Largest number of points for which the setters are compared with the document. A plan with more points has no setters, and reads the
+/// document for each trial.
 const MOST_TYPED: usize = 200;
 
 /// Largest number of trials whose drawn tolerances are checked before the first trial.
 const MOST_TRIED: u64 = 10_000_000;
 
-/// Tables and keys of the whole campaign, which can be neither axes nor tolerances.
+/// Tables and keys that apply to the whole campaign. They can be neither axes nor tolerances.
 const FIXED: [&str; 6] = ["trials", "stop_at", "limit", "axes", "design", "tolerances"];
 
 impl Plan {
-    /// Makes the plan of a document. All points are checked now, so that an error at any point is reported before the
-    /// first trial.
+    /// Makes the plan of a document and checks all its points. An error at any point is therefore reported before the first trial.
     ///
     /// # Errors
     /// A key is unknown, or its value is invalid at a point.
@@ -76,11 +74,11 @@ impl Plan {
         Self::with_motor_of(document, None)
     }
 
-    /// Makes the plan of a changed document. An unchanged motor is taken over from this plan, because fitting a flux
-    /// map takes seconds.
+    /// Makes the plan of a changed document. If the motor is unchanged, it is copied from this plan, because fitting a flux map takes
+    /// seconds.
     ///
     /// # Errors
-    /// Those of [`Plan::new`].
+    /// The same as for [`Plan::new`].
     pub fn changed(&self, document: Document) -> Result<Self, FileError> {
         let same = self.document.get("motor") == document.get("motor");
         Self::with_motor_of(document, same.then_some(self))
@@ -192,18 +190,18 @@ impl Plan {
         self.document.files().digests()
     }
 
-    /// Returns the remarks on a subject; none if there is nothing to remark.
+    /// Returns the remarks on a subject. Returns none if there are no remarks.
     pub fn note(&self, on: Note) -> Option<String> {
         let notes: Vec<&str> = self.notes[on as usize].iter().map(String::as_str).collect();
         (!notes.is_empty()).then(|| notes.join("; "))
     }
 
-    /// Returns true if the data of at least one motor do not suffice to tell which pole draws more current.
+    /// Returns true if the data of at least one motor do not show which pole draws more current.
     pub const fn pole_is_open(&self) -> bool {
         self.pole_is_open
     }
 
-    /// Returns true if at least one motor has a magnet, and with it poles that a start must tell apart.
+    /// Returns true if at least one motor has a magnet, and therefore poles that a detection must distinguish.
     ///
     /// ```
     /// use std::path::Path;
@@ -229,8 +227,8 @@ impl Plan {
         self.at(point, &[])
     }
 
-    /// Makes the scenario of one trial at a point, with the values that the trial draws. `nominal`: the scenario at
-    /// this point with nominal values, if it has been made already.
+    /// Makes the scenario of one trial at a point, with the values that the trial draws. `nominal` is the scenario at this point with
+    /// nominal values, if this scenario exists already.
     pub(super) fn drawn(
         &self,
         point: usize,
@@ -240,14 +238,14 @@ impl Plan {
         self.drawer(point, nominal).draw(Streams::new(self.file.seed, trial))
     }
 
-    /// Returns a [`Drawer`] for the trials at a point; `nominal` as in [`Self::drawn`].
+    /// Returns a [`Drawer`] for the trials at a point. `nominal` has the same meaning as in [`Self::drawn`].
     fn drawer<'a>(&'a self, point: usize, nominal: Option<&'a Scenario<Method<f64>>>) -> Drawer<'a> {
         let typed = self.typed.as_ref().zip(nominal).map(|(typed, nominal)| (typed.at(point), nominal));
         Drawer { plan: self, point, nominal, typed }
     }
 
-    /// Returns setters for all tolerances if, at every point, they make the same scenarios as the document; else none.
-    /// `tried`: smallest and largest number of each tolerance for which the document was checked.
+    /// Returns setters for all tolerances. Returns none if, at any point, their scenarios differ from those of the document. `tried`
+    /// contains, for each tolerance, the smallest and the largest number for which the document was checked.
     fn setters(&self, tried: Vec<[f64; 2]>) -> Result<Option<Typed>, FileError> {
         if !self.has_tolerances() || self.points.len() > MOST_TYPED {
             return Ok(None);
@@ -264,7 +262,7 @@ impl Plan {
         Ok(Some(typed))
     }
 
-    /// Returns tables, data sheet and motor at a point, from which setters make the motor of a trial.
+    /// Returns the tables, the data sheet and the motor at a point. From these, setters make the motor of a trial.
     fn base(&self, point: usize) -> Result<Base, FileError> {
         let document = self.document_at(&self.resolved, point)?;
         let file = document.load()?;
@@ -279,8 +277,8 @@ impl Plan {
         self.tolerances.iter().map(draw).collect()
     }
 
-    /// Makes the scenario with the drawn values. The detector keeps the settings that follow from the nominal values,
-    /// unless a key of the detector itself was drawn: it does not know the draws of motor, drive and rotor.
+    /// Makes the scenario with the drawn values. The detector keeps the settings that follow from the nominal values, because it does not
+    /// know the drawn values of motor, drive and rotor. Drawn values of the detector's own keys change its settings.
     pub(super) fn with_drawn(
         &self,
         point: usize,
@@ -301,8 +299,8 @@ impl Plan {
         Ok(Scenario { detector, foreign, hosted, ..self.at(point, drawn)? })
     }
 
-    /// Checks the smallest and the largest value that trials will draw for each key, so that an invalid value is
-    /// reported before the first trial. Returns the two numbers of each key.
+    /// Checks, for each key, the smallest and the largest value that the trials will draw. An invalid value is therefore reported before
+    /// the first trial. Returns the smallest and the largest number of each key.
     fn check_draws(&self) -> Result<Vec<[f64; 2]>, FileError> {
         let mut tried = Vec::new();
         for drawn in &self.tolerances {
@@ -355,8 +353,8 @@ impl Plan {
     }
 }
 
-/// Returns the value of a key from the document, or for a key of the motor from its data sheet; none if neither has the
-/// key.
+/// Returns the value of a key from the document. If the document does not set a key of the motor, returns the value from the motor's data
+/// sheet. Returns none if neither contains the key.
 fn nominal(document: &Document, file: &ScenarioFile, key: &str) -> Result<Option<Value>, FileError> {
     match (document.get(key), key.strip_prefix("motor.")) {
         (Some(value), _) => Ok(Some(value.clone())),

@@ -14,7 +14,7 @@ choice! {
 }
 
 impl PoleRule {
-    /// Returns the rule's settings; `difference` is the relative difference between the currents of the motor's two poles.
+    /// Returns the settings of the rule. `difference` is the relative difference between the currents of the motor's two poles.
     pub(crate) fn settings(self, difference: f64) -> PolarityRule<f64> {
         match self {
             Self::TwoVectors => PolarityRule::TwoVectors,

@@ -30,8 +30,8 @@ choice! {
 }
 
 impl Record {
-    /// Returns the kind of the trial's end. A motor without a magnet has no poles: an axis alone counts as found, and
-    /// errors are those of the axis, whether or not the detector named a pole.
+    /// Returns the kind of the trial's end. A motor without a magnet has no poles. For this motor an axis alone counts as found, and errors
+    /// are errors of the axis, even if the detector named a pole.
     ///
     /// ```
     /// use standstill_detect::MethodName;
@@ -55,7 +55,7 @@ impl Record {
         }
     }
 
-    /// Returns the reason why the trial is not [`Verdict::Found`]; empty if it is.
+    /// Returns the reason for any other verdict than [`Verdict::Found`]. The text is empty if the verdict is [`Verdict::Found`].
     pub fn reason(&self) -> String {
         match self.run.ended {
             Ended::Outcome(Outcome::Axis { reason, .. }) if self.run.has_pole => reason.to_string(),
@@ -65,8 +65,7 @@ impl Record {
         }
     }
 
-    /// Returns the name of the reason that [`Self::reason`] describes, without numbers; none if the trial is
-    /// [`Verdict::Found`].
+    /// Returns the name of the reason that [`Self::reason`] describes, without numbers. Returns none if the verdict is [`Verdict::Found`].
     pub fn reason_name(&self) -> Option<String> {
         match self.run.ended {
             Ended::Outcome(Outcome::Axis { reason, .. }) if self.run.has_pole => {
@@ -78,8 +77,8 @@ impl Record {
         }
     }
 
-    /// Returns the true electrical angle of the north pole in [0, 360)° at the end of the detection. The drive starts
-    /// from this angle, even if the rotor has moved.
+    /// Returns the true electrical angle of the north pole at the end of the detection, in [0, 360)°. The drive starts the motor from this
+    /// angle, even if the rotor moved during the detection.
     pub fn true_angle_deg(&self) -> f64 {
         Angle::from_radians(self.run.end_angle).degrees()
     }
@@ -89,14 +88,14 @@ impl Record {
         Angle::from_radians(self.run.start_angle).degrees()
     }
 
-    /// Returns the angle that the detector found, in [0, 360)°; none if the detector found no angle. On a motor without
-    /// a magnet: the axis, in [0, 180)°.
+    /// Returns the angle that the detector found, in [0, 360)°. For a motor without a magnet, returns the angle of the axis, in [0, 180)°.
+    /// Returns none if the detector found no angle.
     pub fn estimated_angle_deg(&self) -> Option<f64> {
         if self.run.has_pole { self.run.found().map(f64::to_degrees) } else { self.axis_deg() }
     }
 
-    /// Returns the error of the angle, found minus true, in (−180, 180]°; none if the detector found no angle. On a
-    /// motor without a magnet: the error of the axis, in (−90, 90]°.
+    /// Returns the found angle minus the true angle, in (−180, 180]°. For a motor without a magnet, returns the error of the axis, in (−90,
+    /// 90]°. Returns none if the detector found no angle.
     pub fn error_deg(&self) -> Option<f64> {
         if !self.run.has_pole {
             return self.axis_error_deg();
@@ -105,8 +104,8 @@ impl Record {
         Some(found.difference(Angle::from_radians(self.run.end_angle)).to_degrees())
     }
 
-    /// Returns the axis that the detector found, in [0, 180)°, whether or not it found the pole; none if it found no
-    /// axis.
+    /// Returns the angle of the axis that the detector found, in [0, 180)°. The detector may have found the axis without the pole. Returns
+    /// none if it found no axis.
     pub fn axis_deg(&self) -> Option<f64> {
         match self.run.ended {
             Ended::Outcome(Outcome::Found { angle, .. } | Outcome::Axis { angle, .. }) => {
@@ -116,38 +115,37 @@ impl Record {
         }
     }
 
-    /// Returns the error of the axis alone, in (−90, 90]°, whichever pole was found; none without an axis.
+    /// Returns the error of the axis, in (−90, 90]°. A wrong pole does not change this error. Returns none if the detector found no axis.
     pub fn axis_error_deg(&self) -> Option<f64> {
         let error = (self.axis_deg()? - self.true_angle_deg()).rem_euclid(180.0);
         Some(if error > 90.0 { error - 180.0 } else { error })
     }
 
-    /// Returns half the width in degrees of the sector that the detector found, for methods that find a sector instead
-    /// of an angle; none for other methods. The found angle is the middle of the sector.
+    /// Returns half the width in degrees of the sector that the detector found. The found angle is the middle of this sector. Returns none
+    /// for methods that find an angle instead of a sector.
     pub fn half_sector_deg(&self) -> Option<f64> {
         // The rounding removes the error of the conversion from radians.
         self.findings().half_sector.map(|half| (half.to_degrees() * 1e9).round() / 1e9)
     }
 
-    /// Returns the distance from the found axis to the true axis, in degrees with sign: the axis error, or for a sector
-    /// the part of the axis error beyond half the sector's width. None if no axis was found.
+    /// Returns the error of the axis, in degrees with sign. If the detector found a sector, returns only the part of the error beyond half
+    /// the width of the sector. Returns none if the detector found no axis.
     pub fn axis_miss_deg(&self) -> Option<f64> {
         self.axis_error_deg().map(|error| miss_deg(error, self.half_sector_deg()))
     }
 
-    /// Returns the distance from the found angle to the true angle, in degrees with sign: the error, or for a sector
-    /// the part of the error beyond half the sector's width. None if no angle was found.
+    /// Returns the error of the angle, in degrees with sign. If the detector found a sector, returns only the part of the error beyond half
+    /// the width of the sector. Returns none if the detector found no angle.
     pub fn miss_deg(&self) -> Option<f64> {
         self.error_deg().map(|error| miss_deg(error, self.half_sector_deg()))
     }
 
-    /// Returns true if the found pole is right, false if it is wrong; none if no pole was found, and for a motor
-    /// without a magnet.
+    /// Returns true if the found pole is right, and false if it is wrong. Returns none if no pole was found or if the motor has no magnet.
     pub fn pole_correct(&self) -> Option<bool> {
         self.error_deg().filter(|_| self.run.has_pole).map(|error| error.abs() <= 90.0)
     }
 
-    /// Returns the outcome in words, with angles in degrees to the given number of decimals.
+    /// Returns the outcome in words. Angles are in degrees and have `decimals` decimals.
     ///
     /// ```
     /// # use standstill_detect::MethodName;
@@ -172,7 +170,7 @@ impl Record {
         }
     }
 
-    /// Returns the quantities that the detector measured; all are empty if the simulation could not continue.
+    /// Returns the quantities that the detector measured. All quantities are empty if the simulation could not continue.
     pub fn findings(&self) -> Findings<f64> {
         match self.run.ended {
             Ended::Outcome(outcome) => *outcome.findings(),
@@ -192,8 +190,8 @@ impl Record {
     }
 }
 
-/// Returns the part of an error beyond half the width of the found sector, all in degrees; the whole error if the
-/// method found an angle instead of a sector.
+/// Returns the part of `error` beyond half the width of the found sector. `half_sector` is half this width. Both are in degrees. If the
+/// method found an angle instead of a sector, returns the whole error.
 ///
 /// ```
 /// use standstill_scenario::miss_deg;
@@ -206,7 +204,7 @@ pub fn miss_deg(error: f64, half_sector: Option<f64>) -> f64 {
     half_sector.map_or(error, |half| (error.abs() - half).max(0.0).copysign(error))
 }
 
-/// Error of a trial that could not be run, because no scenario or no detector can be made for it.
+/// Error of a trial that could not be run. The reason is that its scenario or its detector cannot be made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrialError<E> {
     /// Number of the trial.

@@ -12,36 +12,36 @@ use standstill_sim::{Case, Ended, Place, Run, RunError, Work};
 
 use crate::{FileError, Plan, Record, Scenario, TrialError};
 
-/// Runner of trials in another process.
+/// Runs trials in another process.
 pub trait Remote: fmt::Debug + Send + Sync {
     /// Runs a trial at a point.
     ///
     /// # Errors
-    /// The trial has no record, for the reason returned.
+    /// The trial has no record. The error contains the reason.
     fn trial(&self, point: usize, trial: u64) -> Result<Record, Lost>;
 }
 
 /// Reason why a trial has no record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Lost {
-    /// The process ended while it ran the trial, for this reason.
+    /// The process ended while it ran the trial. The field contains the reason.
     Trial(String),
-    /// No process can run the detector, for this reason.
+    /// No process can run the detector. The field contains the reason.
     All(String),
 }
 
-/// Fault code of a trial that ended its process; the codes of libraries count from 0.
+/// Fault code of a trial during which the process ended. The codes of libraries count up from 0.
 const LOST: u32 = u32::MAX - 2;
 
 impl Plan {
-    /// Returns this plan with its trials run in other processes.
+    /// Returns this plan with a runner that runs the trials in other processes.
     #[must_use]
     pub fn with_remote(mut self, remote: Arc<dyn Remote>) -> Self {
         self.remote = Some(remote);
         self
     }
 
-    /// Runs trials in another process, one after the other. The record of a trial that ended its process is that of a
+    /// Runs trials in another process, one after the other. If the process ends during a trial, the trial's record is the record of a
     /// failed detection.
     pub(super) fn remote_trials(
         &self,
@@ -64,7 +64,7 @@ impl Plan {
         Ok(())
     }
 
-    /// Makes the record of a trial that ended its process, which counts as failed.
+    /// Makes the record of a trial during which the process ended. The trial counts as failed.
     fn lost(
         &self,
         point: usize,
@@ -92,47 +92,48 @@ impl Plan {
     }
 }
 
-/// End of a trial with a library's detector, as a line of JSON encodes it.
+/// The end of a trial with a library's detector, in the form in which a line of JSON contains it.
 #[derive(Serialize, Deserialize)]
 enum End {
     Found(Measured),
-    /// The axis, with code and text of the reason why no pole was found.
+    /// The detector found an axis without a pole. The fields are the findings, and the code and the text of the reason.
     Axis(Measured, u32, String),
     Failed(Measured, u32, String),
-    /// A run error: its index in [`ERRORS`].
+    /// A run error. The field is the index of the error in [`ERRORS`].
     Error(usize),
     TimeLimit(u64),
     LeftMap([i64; 2]),
     Overcurrent(i64),
-    /// A run error with a place: its index in [`BROKEN`], time in ns, indices of the conduction modes, and bits of currents.
+    /// A run error with a place. The fields are the index of the error in [`BROKEN`], the time in ns, the indices of the conduction modes,
+    /// and the bits of the currents.
     Broken(usize, u64, [usize; 3], [u32; 3]),
 }
 
 /// Run errors without further data.
 const ERRORS: [RunError; 3] = [RunError::BadCommand, RunError::BadDuty, RunError::NoComparator];
 
-/// Run errors with a [`Place`]: time, conduction modes and currents at which the run failed.
+/// Run errors with a [`Place`]. A place contains the time, the conduction modes and the currents at which the run failed.
 const BROKEN: [fn(Place) -> RunError; 4] =
     [RunError::Chatter, RunError::NotFinite, RunError::Stuck, RunError::NoStep];
 
-/// Returns the end of a run that could not go on at a place; `which`: index in [`BROKEN`].
+/// Returns the end of a run that failed at a place. `which` is the index of the run error in [`BROKEN`].
 fn broken(which: usize, Place { time, modes, current }: Place) -> End {
     let modes =
         modes.map(|mode| Conduction::ALL.iter().position(|of| *of == mode).unwrap_or(Conduction::ALL.len()));
     End::Broken(which, time.0, modes, current)
 }
 
-/// Bits of the four numbers that a library measures: angle in rad, its standard deviation, evidence for the pole,
-/// evidence needed.
+/// Bits of the four numbers that a library measures: the angle in rad, the standard deviation of the angle, the evidence for the pole, and
+/// the evidence needed.
 type Measured = [Option<u64>; 4];
 
-/// Content of a line: number of the trial, duration in ns, whether the motor has a magnet, bits of the run's five
-/// numbers, four counts of work, end.
+/// Content of a line: number of the trial, duration in ns, true if the motor has a magnet, bits of the five numbers of the run, four counts
+/// of work, and the end.
 type Line = (u64, u64, bool, [u64; 5], [u64; 4], End);
 
 impl Record {
-    /// Returns this record of a trial with a library's detector as a line of JSON, its floating-point numbers as their
-    /// bits. Findings that only built-in methods measure are left out.
+    /// Returns the record of a trial with a library's detector as a line of JSON. Floating-point numbers are written as their bits.
+    /// Findings that only built-in methods measure are left out.
     pub fn to_line(&self) -> String {
         let Self { trial, run } = self;
         let bits = [run.start_angle, run.end_angle, run.resolver_angle, run.moved, run.peak_current];
@@ -164,7 +165,7 @@ impl Record {
         serde_json::json!(line).to_string()
     }
 
-    /// Reads a record from a line written by [`Self::to_line`]; none if the line is invalid.
+    /// Reads a record from a line that [`Self::to_line`] wrote. Returns none if the line is invalid.
     pub fn from_line(line: &str) -> Option<Self> {
         let (trial, duration, has_pole, bits, work, end): Line = serde_json::from_str(line).ok()?;
         let [start_angle, end_angle, resolver_angle, moved, peak_current] = bits.map(f64::from_bits);

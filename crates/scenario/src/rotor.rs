@@ -33,8 +33,8 @@ choice! {
 }
 
 impl Rotor {
-    /// Returns the rotor's state for this motor; none for a brake without play, because only the motor's data give the
-    /// play.
+    /// Returns the rotor's state for this motor. Returns none if the rotor is held by a brake and the motor's data give no play of the
+    /// brake.
     pub fn state(self, motor: &Motor) -> Option<RotorState> {
         match self {
             Self::Locked => Some(RotorState::Locked),

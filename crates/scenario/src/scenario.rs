@@ -25,27 +25,27 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub motor: Motor,
     /// Motion of the rotor: held, free, braked or driven. Each trial draws the initial position within the play of the brake.
     pub rotor: RotorState,
-    /// Electrical angle in rad at the start of every trial; none: each trial draws an angle.
+    /// Electrical angle in rad at the start of every trial. None if each trial draws an angle.
     pub start_angle: Option<f64>,
     /// Torque in N·m that the load exerts against forward motion.
     pub load_torque: f64,
-    /// Speed in revolutions per minute at the start, for a rotor that is free or driven.
+    /// Speed in revolutions per minute at the start of a trial. It applies to a rotor that is free or driven.
     pub start_speed: f64,
     /// Acceleration in revolutions per minute and second of a rotor that is driven.
     pub acceleration: f64,
     /// True if the stator's iron has remanence from former operation. Each trial then draws the direction of the remanence.
     pub memory: bool,
-    /// Settings of the drive, from which each trial draws one specimen: its gate delays and the phase of its DC-link ripple.
+    /// Settings of the drive. Each trial draws from these one specimen: its gate delays and the phase of its DC-link ripple.
     pub drive: DriveSettings,
-    /// Settings of the drive's sensors, from which each trial draws one specimen: gains, offsets and further errors.
+    /// Settings of the drive's sensors. From these, each trial draws one specimen with its gains, offsets and further errors.
     pub sensors: SensorSettings,
-    /// Faults of motor, inverter, sensors and software; each trial draws their place, size and onset.
+    /// Faults of motor, inverter, sensors and software. Each trial draws the place, the size and the onset of each fault.
     pub faults: Vec<FaultSettings>,
     /// Settings of the method.
     pub detector: S,
-    /// Factory of detectors from a shared library, which replace those of the method; none without a library.
+    /// Factory of detectors from a shared library. They replace the detectors of the method. None without a library.
     pub foreign: Option<Maker>,
-    /// Factory of detectors from the running program, such as a Python class, which replace those of method and library; none without one.
+    /// Factory of detectors of the running program, such as a Python class. They replace those of method and library. None without a class.
     pub hosted: Option<Hosted>,
     /// Longest simulated time that a detection may take.
     pub time_limit: Nanos,
@@ -55,7 +55,7 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub seed: u64,
 }
 
-/// Longest time in s between two points of a recorded waveform; instants of a change, such as switching edges, add points.
+/// Longest time in s between two points of a recorded waveform. Switching edges and other sudden changes add points.
 const RESOLUTION: f64 = 5e-6;
 
 /// Trial numbers that select the random numbers of a case: one for the drive and its sensors, one for the noise.
@@ -67,7 +67,7 @@ pub struct Specimen {
     pub noise: u64,
 }
 
-/// Returns the integrator's tolerance: the default, or 1e-8 of the flux linkage (rated current times smaller inductance) if that is less.
+/// Returns the integrator's tolerance: the default or 1e-8 of rated current times smaller inductance, whichever is smaller.
 pub(crate) fn tolerance(motor: &Motor) -> Tolerance {
     let winding = &motor.winding;
     let inductance = winding.d_axis_inductance().min(winding.q_axis_inductance());
@@ -75,16 +75,16 @@ pub(crate) fn tolerance(motor: &Motor) -> Tolerance {
 }
 
 impl Scenario {
-    /// Makes a scenario of the paper's method on this motor, at its nominal DC-link voltage and with one of the error sets. The method
-    /// assumes the motor's own sign of L_q − L_d.
+    /// Makes a scenario of the paper's method on this motor with one of the error sets. The DC link has the motor's nominal voltage. The
+    /// method assumes the sign of L_q − L_d that the motor has.
     pub fn paper(motor: Motor, errors: ErrorSet, decay: Decay, rotor: RotorState, seed: u64) -> Self {
         Scenario::new(motor, errors, rotor, seed, |drive| LineInductanceSettings::paper(decay, drive))
     }
 }
 
 impl Scenario<Method<f64>> {
-    /// Makes a scenario of a method with its default settings for this motor, at its nominal DC-link voltage with one of the error sets. If
-    /// the method reads terminal voltages, the drive has voltage dividers at its terminals.
+    /// Makes a scenario of a method with the default settings for this motor, and with one of the error sets. The DC link has the motor's
+    /// nominal voltage. If the method reads terminal voltages, the drive has voltage dividers at its terminals.
     pub fn of_method(
         method: MethodName,
         motor: Motor,
@@ -102,8 +102,8 @@ impl Scenario<Method<f64>> {
 }
 
 impl<S: Settings<f64>> Scenario<S> {
-    /// Makes a scenario of a method on this motor, at its nominal DC-link voltage with one of the error sets; `settings` derives the
-    /// method's settings from the nameplate.
+    /// Makes a scenario of a method on this motor with one of the error sets. The DC link has the motor's nominal voltage. `settings`
+    /// derives the method's settings from the nameplate.
     pub fn new(
         motor: Motor,
         errors: ErrorSet,
@@ -146,7 +146,7 @@ impl<S: Settings<f64>> Scenario<S> {
         sources(sensors.arrangement, sensors.terminal.is_some(), sensors.comparator.timer > 0.0)
     }
 
-    /// Returns whether the drive has readings that a method with these settings can work with.
+    /// Returns true if the drive has readings that suffice for a method with these settings.
     pub(crate) fn serves(&self, settings: &impl Settings<f64>) -> bool {
         Source::any_of(settings.sources(), &self.sources())
     }
@@ -154,7 +154,7 @@ impl<S: Settings<f64>> Scenario<S> {
     /// Checks that the drive provides the readings and the carrier period of the method, and that a detector can be made.
     ///
     /// # Errors
-    /// The first setting that does not fit.
+    /// A setting does not fit. The error names the first such setting.
     pub fn check(&self) -> Result<(), SettingsError> {
         if !self.serves(&self.detector) {
             return Err(SettingsError {
@@ -169,7 +169,7 @@ impl<S: Settings<f64>> Scenario<S> {
         self.try_detector()
     }
 
-    /// Checks that a detector can be made, unless it is one of the running program or of a library that only other processes load.
+    /// Checks that the detector can be made. Detectors of the running program or of another process's library are not checked.
     pub(crate) fn try_detector(&self) -> Result<(), SettingsError> {
         if self.hosted.is_some() {
             return Ok(());
@@ -180,8 +180,8 @@ impl<S: Settings<f64>> Scenario<S> {
         }
     }
 
-    /// Makes the detector for a case of this scenario: that of the running program if there is one, else that of the library, else that of
-    /// the method. The first two receive a seed drawn from the case's random numbers.
+    /// Makes the detector for a case. The running program provides it if it has one, otherwise the library, otherwise the method. A
+    /// detector of program or library receives a seed drawn from the case's random numbers.
     ///
     /// # Errors
     /// The method's detector cannot work with its settings, or the library refuses them with a message.
@@ -189,7 +189,7 @@ impl<S: Settings<f64>> Scenario<S> {
         self.made(case, Some(case.streams.index()))
     }
 
-    /// Makes the detector of a case. `trial`: number of the trial, which the detector receives; none if it is made only for a check.
+    /// Makes the detector of a case. `trial` is the trial number that the detector receives; none if the detector is only a check.
     fn made(&self, case: &Case, trial: Option<u64>) -> Result<Made<S::Detector>, SettingsError> {
         let drawn = || {
             let mut draws = case.streams.open(Purpose::Detector);
@@ -211,7 +211,7 @@ impl<S: Settings<f64>> Scenario<S> {
         }
     }
 
-    /// Returns the case of a trial: a rotor angle, and a specimen of the drive and its sensors.
+    /// Returns the case of a trial. A case contains a rotor angle and a specimen of the drive and its sensors.
     pub fn case(&self, trial: u64) -> Case<'_> {
         self.case_of(Streams::new(self.seed, trial))
     }
@@ -226,8 +226,8 @@ impl<S: Settings<f64>> Scenario<S> {
         self.case_from(angle, streams, streams)
     }
 
-    /// Returns the case with the rotor at an electrical angle in rad and the random numbers of `specimen`. A free rotor that its friction
-    /// cannot hold at this angle, against cogging and load, starts at the angle at which it comes to rest.
+    /// Returns the case with this electrical angle of the rotor in rad and the random numbers of `specimen`. If the friction cannot hold a
+    /// free rotor at this angle against cogging and load, the rotor starts at the angle at which it comes to rest.
     pub fn case_at(&self, angle: f64, specimen: Specimen) -> Case<'_> {
         let [drive, noise] = [specimen.drive, specimen.noise].map(|trial| Streams::new(self.seed, trial));
         self.case_from(angle, drive, noise)
@@ -264,8 +264,8 @@ impl<S: Settings<f64>> Scenario<S> {
         case
     }
 
-    /// Returns the brake's play below and above the rotor's initial position, in rad electrical. The initial position within the play is
-    /// drawn uniformly; if cogging and load exceed the stiction, it is the stop to which they turn the rotor.
+    /// Returns the brake's play below and above the rotor's initial position, in rad electrical. The initial position is drawn uniformly
+    /// within the play. If cogging and load exceed the stiction, it is the stop to which they turn the rotor.
     fn standing_play(&self, angle: f64, play: Play, streams: Streams) -> Play {
         let whole = play.below + play.above;
         let torque = self.motor.cogging(angle) - self.load_torque;
@@ -287,8 +287,8 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok(self.trial_with(trial, &mut self.detector_for(&self.case(trial))?))
     }
 
-    /// Runs trials side by side in this thread, several times as fast as one after the other; `done` receives each record when its trial
-    /// ends.
+    /// Runs trials side by side in this thread, which is several times as fast as one after the other. `done` receives each record when its
+    /// trial ends.
     ///
     /// # Errors
     /// No detector can be made for a trial. Then no further trial begins, and trials that have begun are completed.
@@ -301,7 +301,7 @@ impl<S: Settings<f64>> Scenario<S> {
         side_by_side(trials.into_iter().map(of), |_, record| done(record))
     }
 
-    /// Runs a trial whose random draws come from a tape, with the scenario's detector. The record has the tape's trial number.
+    /// Runs a trial with the scenario's detector. The random draws come from a tape, and the record has the tape's trial number.
     ///
     /// ```
     /// use standstill_scenario::{ErrorSet, Scenario};
@@ -327,8 +327,8 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok(Record { trial: tape.index(), run })
     }
 
-    /// Runs trials whose random draws come from tapes, side by side in this thread; `done` receives each record, with the index of its tape
-    /// in `tapes`, when the trial ends.
+    /// Runs trials side by side in this thread. The random draws of each trial come from a tape. `done` receives each record when its trial
+    /// ends, with the index of its tape in `tapes`.
     ///
     /// # Errors
     /// No detector can be made for a tape. Then no further trial begins, and trials that have begun are completed.
@@ -336,10 +336,10 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok(side_by_side(tapes.iter().map(|tape| (self, Streams::taped(tape))), done)?)
     }
 
-    /// Runs a case twice: first as a campaign does, with the same result bit by bit, then with an observer. Returns the record of the first
-    /// run, and the second run with its waveforms. Their points are 5 µs apart, or further apart if more than about `most_rows` points
-    /// would result. With `ledger`, the second run also integrates energies, which changes its steps slightly. The detector of a library
-    /// logs as in a campaign.
+    /// Runs a case twice. The first run is the same, bit by bit, as in a campaign; the second run has an observer. Returns the record of
+    /// the first run, the second run, and its waveforms. Their points are 5 µs apart, or further apart to limit their number to about
+    /// `most_rows`. With `ledger`, the second run also integrates energies, which changes its steps slightly. A library's detector logs as
+    /// in a campaign.
     ///
     /// # Errors
     /// The detector cannot work with its settings.
@@ -352,7 +352,7 @@ impl<S: Settings<f64>> Scenario<S> {
         self.twice(case, false, (ledger, most_rows))
     }
 
-    /// Runs a case twice as [`Self::watched`] does; the waveforms also contain the channels and the log of a library's detector.
+    /// Runs a case twice as [`Self::watched`] does. The waveforms also contain the channels and the log of a library's detector.
     ///
     /// # Errors
     /// The detector cannot work with its settings.
@@ -365,8 +365,8 @@ impl<S: Settings<f64>> Scenario<S> {
         self.twice(case, true, (ledger, most_rows))
     }
 
-    /// Runs a case, and runs it once more with an observer and a second detector. With `shows`, the trace contains channels and log of the
-    /// second detector, and the log of the first detector is dropped. Without `shows`, the log of the second detector is dropped.
+    /// Runs a case without an observer, then with an observer and a second detector. With `shows`, the trace contains channels and log of
+    /// the second detector, and the log of the first detector is dropped. Without `shows`, the log of the second detector is dropped.
     fn twice(
         &self,
         case: &Case,
@@ -392,7 +392,7 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok((Record { trial: case.streams.index(), run: alone }, observed, trace))
     }
 
-    /// Runs a trial with the given detector in place of the scenario's.
+    /// Runs a trial with `detector` instead of the scenario's detector.
     pub fn trial_with(&self, trial: u64, detector: &mut dyn Detector<f64>) -> Record {
         Record { trial, run: run(&self.case(trial), detector, false, &mut NoProbe) }
     }

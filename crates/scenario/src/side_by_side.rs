@@ -7,9 +7,9 @@ use standstill_sim::{Streams, run_side_by_side};
 
 use crate::{Record, Scenario, TrialError};
 
-/// Runs trials side by side in this thread, each with a detector of its scenario, until all are done or a detector
-/// cannot be made; trials that have begun are completed. Each item of `trials` is the scenario of a trial and the
-/// trial's random numbers. `done` receives each record with the index of its item.
+/// Runs trials side by side in this thread, each with a detector of its scenario. Each item of `trials` contains the scenario of a trial
+/// and the trial's random numbers. `done` receives each record with the index of its item. If a detector cannot be made, no further trial
+/// begins, but trials that have begun are completed.
 pub(crate) fn side_by_side<'a, S: Settings<f64> + 'a>(
     trials: impl Iterator<Item = (&'a Scenario<S>, Streams<'a>)>,
     mut done: impl FnMut(usize, Record),

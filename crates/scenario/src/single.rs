@@ -17,7 +17,7 @@ impl Document {
         self.table.is_empty()
     }
 
-    /// Loads the tables of a document that must be a single scenario, with the same motor in all trials.
+    /// Loads the tables of a document and checks that it is a single scenario, with the same motor in all trials.
     ///
     /// # Errors
     /// The document has axes, tolerances or stop conditions, which only `run` and `sweep` use.
@@ -43,17 +43,17 @@ impl Document {
         self.load()?.motor(self.files()).map_err(|error| self.locate(error))
     }
 
-    /// Reads the motor's data sheet, with the values that were assumed.
+    /// Reads the motor's data sheet. It includes the values that were assumed.
     pub fn data_sheet(&self) -> Result<DataSheet, FileError> {
         self.load()?.motor.sheet(self.files()).map_err(|error| self.locate(error))
     }
 
-    /// Builds the scenario on the document's motor, which the caller has already built.
+    /// Builds the scenario. `motor` is the document's motor, which the caller has already built.
     pub fn scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
         self.load()?.scenario_of(motor, self.files()).map_err(|error| self.locate(error))
     }
 
-    /// Builds the scenario on this motor, without checking that the method's settings can work.
+    /// Builds the scenario with this motor. Does not check that the method can work with its settings.
     pub fn unchecked_scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
         self.load()?.assemble(motor, self.files()).map_err(|error| self.locate(error))
     }
@@ -68,19 +68,19 @@ pub struct Single {
     pub trial: u64,
     /// The scenario with the values that the trial draws.
     pub scenario: Scenario<Method<f64>>,
-    /// Keys with tolerances, and the values that the trial draws.
+    /// Keys with tolerances, each with the value that the trial draws.
     pub drawn: Vec<(String, Value)>,
 }
 
 impl Single {
-    /// Returns the case that is simulated: a specimen of drive and sensors, and the rotor angle.
+    /// Returns the case that is simulated. It contains the rotor angle and a specimen of drive and sensors.
     pub fn case(&self) -> Case<'_> {
         self.scenario.case(self.trial)
     }
 }
 
 impl Plan {
-    /// Returns the trial with this number at a point, with its draws, as [`Plan::trial`] runs it.
+    /// Returns the trial with this number at a point. Its draws are those with which [`Plan::trial`] runs the trial.
     ///
     /// # Errors
     /// A drawn value is invalid.

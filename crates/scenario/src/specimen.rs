@@ -8,7 +8,7 @@ use toml::Value;
 
 use crate::units::unit;
 
-/// Returns the draws of a case and of its tolerances as names and values. Draws whose spread is zero are left out.
+/// Returns the names and the values of all draws of a case and of its tolerances. Draws with a standard deviation of zero are left out.
 ///
 /// ```
 /// use standstill_scenario::{Document, Plan, specimen};
@@ -136,7 +136,7 @@ fn share(gain: f64) -> String {
     format!("{:+.3} %", 100.0 * (gain - 1.0))
 }
 
-/// Formats a drawn value with few digits for people; the document has all digits.
+/// Formats a drawn value with few digits, so that it is easy to read. The document contains all digits.
 fn readable(key: &str, value: &Value) -> String {
     let number = value.as_str().and_then(si_value);
     match (number, unit(key)) {
@@ -145,7 +145,7 @@ fn readable(key: &str, value: &Value) -> String {
     }
 }
 
-/// Returns a value as text, a string without its quotes.
+/// Returns a value as text. Strings have no quotes.
 pub fn written(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }

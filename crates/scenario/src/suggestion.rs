@@ -8,7 +8,8 @@ use super::units::{motor_places, places};
 /// Least Jaro–Winkler similarity, from 0 to 1, at which an unknown word may be a misspelling of a known one.
 const NEAR: f64 = 0.75;
 
-/// Similarity above which a misspelt key of the same table is more likely than the same key in another table.
+/// Similarity above which an unknown word is probably a misspelt key of the same table. Below it, the word is more probably a key of
+/// another table.
 const NEARLY_EQUAL: f64 = 0.9;
 
 /// Returns the known word that is most similar to `word`; none if no word is similar enough.
@@ -29,7 +30,7 @@ fn nearer<'a>(word: &str, known: impl IntoIterator<Item = &'a str>, least: f64) 
     like.max_by(|(a, _), (b, _)| a.total_cmp(b)).filter(|(like, _)| *like > least).map(|(_, known)| known)
 }
 
-/// Quotes an unknown word for a message, with the known word that may have been meant.
+/// Quotes an unknown word for a message, and adds the known word that was probably meant, if there is one.
 pub fn quoted<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     match nearest(word, known) {
         Some(near) => format!("`{word}` (did you mean `{near}`?)"),
@@ -46,8 +47,8 @@ pub(super) fn unknown(message: &str) -> Option<(String, Vec<String>)> {
     Some((quoted.next()?, quoted.collect()))
 }
 
-/// Returns the message about an unknown word in `table`, with the word that was probably meant: the nearest one of the
-/// `known` words, or the same word in another table. `message` is that of serde.
+/// Returns the message about an unknown word in `table`. The message suggests the word that was probably meant: the most similar one of the
+/// `known` words, or the same word in another table. `message` is the message of serde.
 pub(super) fn suggest(message: &str, table: &str, word: &str, known: &[String]) -> String {
     if known.is_empty() {
         return message.to_owned();

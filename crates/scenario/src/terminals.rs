@@ -7,23 +7,23 @@ use super::document::FileError;
 use super::keys::{InverterTable, Written};
 use super::named::Named;
 
-/// Assumed quality factor of the terminals' ringing, unless `inverter.terminal_resistance` gives the winding's
-/// resistance at the ringing frequency. The amplitude about halves in each period.
+/// Assumed quality factor of the terminals' ringing: the amplitude about halves in each period. It is used if
+/// `inverter.terminal_resistance` does not give the winding's resistance at the ringing frequency.
 const QUALITY: f64 = 5.0;
 
-/// Least quality factor of ringing terminals. A lower one means that the winding's resistance exceeds half of the
+/// Smallest allowed quality factor of the terminals' ringing. At a smaller quality factor, the winding's resistance exceeds half of the
 /// characteristic impedance.
 const LEAST_QUALITY: f64 = 2.0;
 
-/// Returns √(1.5 L/C) in Ω, with the mean of L_d and L_q: the characteristic impedance of the ringing.
+/// Returns the characteristic impedance of the ringing in Ω. It is √(1.5 L/C) with the mean L of L_d and L_q.
 fn impedance(bridge: &Bridge, motor: &Motor) -> f64 {
     let winding = &motor.winding;
     let inductance = (winding.d_axis_inductance() + winding.q_axis_inductance()) / 2.0;
     (1.5 * inductance / bridge.terminal_capacitance).sqrt()
 }
 
-/// Returns √(3 L/C) in Ω, with the larger of L_d and L_q: the characteristic impedance of the slowest ringing, in which
-/// two terminals ring along the axis of the third phase. Zero without a capacitance.
+/// Returns the characteristic impedance in Ω of the slowest ringing, in which two terminals oscillate along the axis of the third phase. It
+/// is √(3 L/C) with the larger one of L_d and L_q. Zero without a capacitance.
 pub(super) fn slowest_impedance(bridge: &Bridge, motor: &Motor) -> f64 {
     if bridge.terminal_capacitance == 0.0 {
         return 0.0;
@@ -33,7 +33,7 @@ pub(super) fn slowest_impedance(bridge: &Bridge, motor: &Motor) -> f64 {
     (3.0 * inductance / bridge.terminal_capacitance).sqrt()
 }
 
-/// Sets the assumed resistance that damps the terminals' ringing; zero without capacitance.
+/// Sets the assumed resistance that damps the terminals' ringing. Without a capacitance, this resistance is zero.
 pub(crate) fn damp(bridge: &mut Bridge, motor: &Motor) {
     bridge.terminal_resistance =
         if bridge.terminal_capacitance > 0.0 { impedance(bridge, motor) / QUALITY } else { 0.0 };

@@ -32,11 +32,11 @@ pub struct Tolerance {
 pub(super) struct Drawn {
     key: String,
     mean: Number,
-    /// Standard deviation of a normal distribution, or half the width of a uniform one, in the same unit as the mean.
+    /// Standard deviation of a normal distribution, or half the width of a uniform distribution. Its unit is the unit of the mean.
     width: f64,
-    /// Standard deviations at which the normal distribution is truncated; none: uniform distribution.
+    /// Number of standard deviations at which the normal distribution is truncated. None if the distribution is uniform.
     cut: Option<f64>,
-    /// Power of ten that converts a number in the unit of the mean to the SI unit; none for an unknown unit.
+    /// Power of ten that converts a number from the unit of the mean to the SI unit. None if the unit is unknown.
     power: Option<i32>,
 }
 
@@ -92,19 +92,19 @@ impl Drawn {
         self.value(self.number(streams))
     }
 
-    /// Returns a number in the mean's unit as a TOML value of the key.
+    /// Converts a number in the unit of the mean to a TOML value of the key.
     pub(super) fn value(&self, number: f64) -> Value {
         Number { value: number, ..self.mean.clone() }.to_value()
     }
 
-    /// Converts a number in the mean's unit to the SI unit, with the same bits as if the document were read. None for
-    /// an unknown unit.
+    /// Converts a number in the unit of the mean to the SI unit. The result has the same bits as a number read from the document. Returns
+    /// none if the unit is unknown.
     pub(super) fn si(&self, number: f64) -> Option<f64> {
         Some(rounded(number, self.power?))
     }
 
-    /// Draws the key's number for a trial. Each key has its own stream, so that adding a tolerance does not change the
-    /// draws of others.
+    /// Draws the key's number for a trial. Each key has its own stream of random numbers, so that adding a tolerance does not change the
+    /// draws of other keys.
     pub(super) fn number(&self, streams: Streams) -> f64 {
         let mut draws = streams.open_named(Purpose::Tolerance, &self.key);
         let off = match self.cut {

@@ -19,18 +19,18 @@ use crate::tables::ScenarioFile;
 use crate::tolerances::Drawn;
 use crate::{FileError, Scenario};
 
-/// Field or value that the drawn number of a key sets.
+/// Target that the drawn number of a key sets.
 #[derive(Clone, Copy, Debug)]
 enum Set {
     /// A number of drive, sensors or load that sets one field of the scenario.
     Number(fn(&mut Scenario<Method<f64>>, f64)),
-    /// The DC-link voltage, with which the range of the DC-link sensor scales.
+    /// The DC-link voltage. The range of the DC-link sensor scales with this voltage.
     Link,
-    /// A number of the motor's data sheet, from which the motor is made again.
+    /// A number of the motor's data sheet. The motor is made again from the changed data sheet.
     Motor(motor::Set),
 }
 
-/// Returns the setter of a key; none if the key has none.
+/// Returns the setter of a key. Returns none if the key has no setter.
 fn setter(key: &str) -> Option<Set> {
     if key == "inverter.dc_link" {
         return Some(Set::Link);
@@ -43,13 +43,13 @@ fn setter(key: &str) -> Option<Set> {
 #[derive(Clone, Debug)]
 pub(super) struct Typed {
     setters: Vec<Set>,
-    /// Smallest and largest number of each key for which the document was tried.
+    /// Smallest and largest number of each key for which the document was checked.
     tried: Vec<[f64; 2]>,
-    /// Tables and data sheet of each point, from which motors are made.
+    /// Tables, data sheet and motor of each point. From these, the motors of trials are made.
     bases: Vec<Base>,
 }
 
-/// Tables, data sheet and motor at a point, into which numbers are written.
+/// Tables, data sheet and motor at a point. Drawn numbers replace numbers in copies of these.
 #[derive(Clone, Debug)]
 pub(super) struct Base {
     /// Tables of the scenario file.
@@ -70,7 +70,8 @@ pub(super) struct Drawer<'a> {
 }
 
 impl Typed {
-    /// Makes setters for these tolerances; none if a key has no setter. `bases` gives the base of each point.
+    /// Makes setters for these tolerances. `tried` contains the smallest and largest number of each key for which the document was checked.
+    /// `bases` gives the base of each point. Returns none if a key has no setter.
     pub(super) fn new(
         tolerances: &[Drawn],
         tried: Vec<[f64; 2]>,
@@ -87,8 +88,8 @@ impl Typed {
         Drawer { typed: self, base, sheet: base.sheet.clone() }
     }
 
-    /// Returns true if the setters make the same scenarios as the document; `nominal`: the scenario at the point
-    /// without draws.
+    /// Returns true if the setters make the same scenarios as the document. `point` is the index of the point. `nominal` is the scenario at
+    /// this point without draws.
     pub(super) fn agrees(
         &self,
         tolerances: &[Drawn],
@@ -105,8 +106,8 @@ impl Typed {
 }
 
 impl Drawer<'_> {
-    /// Makes a scenario with values drawn from these streams; none if only the document can tell whether the scenario
-    /// is valid.
+    /// Makes a scenario with values drawn from these streams. Returns none if the setters cannot decide whether the scenario is valid; then
+    /// the document must be read.
     pub(super) fn drawn(
         &mut self,
         tolerances: &[Drawn],
@@ -148,8 +149,8 @@ impl Drawer<'_> {
 }
 
 impl Base {
-    /// Replaces the scenario's motor by one with changed numbers, and updates all values that depend on the motor. The
-    /// nameplate that the drive knows stays that of the nominal motor. None if the data sheet or the scenario becomes
+    /// Replaces the scenario's motor by a motor with changed numbers, and updates all values that depend on the motor. The nameplate, which
+    /// contains the data that the drive knows, is still that of the nominal motor. Returns none if the data sheet or the scenario becomes
     /// invalid.
     fn put_motor(
         &self,

@@ -21,7 +21,7 @@ pub fn schema() -> Value {
     schema
 }
 
-/// Returns the schema without ranges; it suffices to find paths and units.
+/// Returns the schema without ranges. This schema suffices to find paths and units.
 fn unlimited() -> Value {
     let mut schema = schemars::schema_for!(ScenarioFile).to_value();
     schema["title"] = "Standstill scenario".into();
@@ -38,8 +38,8 @@ fn pointer(path: &str, schema: &Value) -> Option<String> {
     })
 }
 
-/// Writes a range into the schema at `place`, as `minimum`, `maximum` and further words, or into its alternatives that
-/// are numbers.
+/// Writes a range into the schema at `place`, as `minimum`, `maximum` and further entries. If `place` has alternatives, writes the range
+/// into the alternatives that are numbers.
 fn limit(place: &mut Value, range: &Range) {
     let number = |kind: &Value| kind == "number" || kind == "integer";
     let is_number = place.get("type").is_some_and(|kind| match kind {
@@ -68,25 +68,25 @@ fn limit(place: &mut Value, range: &Range) {
     }
 }
 
-/// Returns an entry of a key's schema, such as `x-unit`, searched in all alternatives of the key.
+/// Returns an entry of a key's schema, such as `x-unit`. All alternatives of the key are searched.
 fn entry(key: &str, word: &str) -> Option<Value> {
     let schema = unlimited();
     let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema))?;
     find(place, word, &schema).cloned()
 }
 
-/// Returns the SI unit of a key such as `sensors.noise` or `motor.winding.resistance`; empty for shares and dimensionless
-/// numbers, none if the key's values have no unit.
+/// Returns the SI unit of a key such as `sensors.noise` or `motor.winding.resistance`. The text is empty for shares and dimensionless
+/// numbers. Returns none if the key's values have no unit.
 pub fn unit(key: &str) -> Option<String> {
     entry(key, "x-unit")?.as_str().map(str::to_owned)
 }
 
-/// Returns true if a key's values are shares, which people read in per cent.
+/// Returns true if a key's values are shares, which are usually shown in per cent.
 pub fn is_share(key: &str) -> bool {
     entry(key, "x-share") == Some(Value::Bool(true))
 }
 
-/// Returns true if a key's values are numbers; none if there is no such key.
+/// Returns true if a key's values are numbers. Returns none if there is no such key.
 pub fn has_numbers(key: &str) -> Option<bool> {
     let is_whole = |kind| match kind {
         Value::Array(kinds) => kinds.iter().any(|kind| kind == "integer"),
@@ -95,7 +95,8 @@ pub fn has_numbers(key: &str) -> Option<bool> {
     has(key, &unlimited()).then(|| entry(key, "x-unit").is_some() || entry(key, "type").is_some_and(is_whole))
 }
 
-/// Returns the paths of all keys with this name in a scenario, such as `sensors.noise` for `noise`.
+/// Returns the paths of all keys with this name in a scenario, without the keys of the motor. For example, the name `noise` gives
+/// `sensors.noise`.
 pub(super) fn places(name: &str) -> Vec<String> {
     let schema = unlimited();
     let tables = schema["properties"].as_object().into_iter().flatten();
@@ -107,7 +108,8 @@ pub(super) fn places(name: &str) -> Vec<String> {
         .collect()
 }
 
-/// Returns the paths of all keys and tables with this name in a motor's tables, such as `motor.rotor.inertia` for `inertia`.
+/// Returns the paths of all keys and tables with this name in a motor's tables. For example, the name `inertia` gives
+/// `motor.rotor.inertia`.
 pub(super) fn motor_places(name: &str) -> Vec<String> {
     let schema = unlimited();
     let mut tables = Vec::new();
@@ -117,7 +119,7 @@ pub(super) fn motor_places(name: &str) -> Vec<String> {
     own.into_iter().chain(within.filter(|key| has(key, &schema))).collect()
 }
 
-/// Adds the names of all properties of a place, searched in all its alternatives.
+/// Adds the names of all properties of `place` and of all its alternatives to `names`.
 fn gather(place: &Value, root: &Value, names: &mut Vec<String>) {
     let place = resolved(place, root);
     names.extend(
@@ -130,14 +132,14 @@ fn has(key: &str, schema: &Value) -> bool {
     key.split('.').try_fold(schema, |place, part| property(place, part, schema)).is_some()
 }
 
-/// Returns the schema of a property, searched in all alternatives of `place`.
+/// Returns the schema of a property. All alternatives of `place` are searched.
 fn property<'a>(place: &'a Value, name: &str, root: &'a Value) -> Option<&'a Value> {
     let place = resolved(place, root);
     let own = place.get("properties").and_then(|properties| properties.get(name));
     own.or_else(|| alternatives(place).find_map(|alternative| property(alternative, name, root)))
 }
 
-/// Returns an entry of a schema, searched in all its alternatives. For a number with a source, takes the entry of its
+/// Returns an entry of a schema. All alternatives of the schema are searched. For a number with a source, returns the entry of the number's
 /// value.
 fn find<'a>(place: &'a Value, word: &str, root: &'a Value) -> Option<&'a Value> {
     let place = resolved(place, root);
@@ -176,7 +178,8 @@ mod tests {
         assert_eq!(motor_places("noise"), [""; 0]);
     }
 
-    /// Returns true if a schema allows a plain number, by the words that schemas of numbers use here.
+    /// Returns true if a schema allows a plain number. Only those entries of the schema are checked that occur in this program's schemas of
+    /// numbers.
     fn allows(place: &Value, number: f64) -> bool {
         let limit = |word: &str| place.get(word).and_then(Value::as_f64);
         let kinds = match &place["type"] {
@@ -201,8 +204,8 @@ mod tests {
             && any("oneOf")
     }
 
-    /// The schema allows exactly the plain numbers that the program allows, at both ends of each range, beyond them,
-    /// and within its gap.
+    /// The schema allows exactly the plain numbers that the program allows. The numbers tested are the ends of each range, numbers beyond
+    /// the ends, and numbers within the gap above zero.
     #[test]
     fn law_the_schema_has_the_range_of_each_key() {
         let schema = schema();

@@ -24,7 +24,7 @@ pub enum CheckList {
 }
 
 impl CheckList {
-    /// Makes the shortest form of these checks: true for all, false for none, else a list.
+    /// Converts these checks to the shortest form: true for all checks, false for no checks, otherwise a list.
     pub(crate) fn of(checks: Checks) -> Self {
         match checks {
             Checks::ALL => Self::All(true),

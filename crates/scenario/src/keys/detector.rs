@@ -14,7 +14,7 @@ use crate::Scenario;
 use crate::document::FileError;
 use crate::named::Named;
 
-/// Settings of a user's detector, a library or a class. They replace the settings of a built-in method and may have any
+/// Settings of a user's detector, which is a library or a class. These settings replace the settings of a built-in method and may have any
 /// keys.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(transparent)]
@@ -147,15 +147,15 @@ impl DetectorTable {
         })
     }
 
-    /// Returns a key of built-in methods that is set together with a library, which does not have such settings; none
-    /// if there is no such key.
+    /// Returns a key that is set although only built-in methods have such settings and the detector is a library. Returns none if no such
+    /// key is set.
     pub(crate) fn foreign_to_library(&self) -> Option<&'static str> {
         let [method, polarity] = [self.method.map(|_| "method"), self.polarity.map(|_| "polarity")];
         method.or(polarity).or_else(|| self.settings().next().map(|(key, _)| key.name))
     }
 
-    /// Writes the table's settings into those of a method; `difference`: relative difference between the currents of
-    /// the motor's two poles.
+    /// Writes the table's settings into the settings of `method`. `difference` is the relative difference between the currents of the
+    /// motor's two poles.
     ///
     /// # Errors
     /// The method does not have a setting or a check.
@@ -197,7 +197,7 @@ pub(crate) fn unworkable(scenario: &Scenario<Method<f64>>, error: &SettingsError
     }
 }
 
-/// Returns the error of a drive's dead time with which the method cannot work.
+/// Returns the error for a dead time of the drive with which the method cannot work.
 fn of_drive(scenario: &Scenario<Method<f64>>, error: &SettingsError) -> FileError {
     let pulse = scenario.detector.get(&keys::PULSE).zip(super::key("detector.pulse"));
     let pulse = pulse.map(|(value, key)| format!(" of {}", key.readable(value.number(), error.needed)));

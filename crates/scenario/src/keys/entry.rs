@@ -12,7 +12,7 @@ use super::written::{Written, readable};
 use crate::Scenario;
 use crate::document::FileError;
 
-/// Reference with which a value is compared, to warn of values that are probably a mistake.
+/// Reference for the value of a key. If the value is too large in relation to the reference, the program warns of a probable mistake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Usual {
     /// The number 1, for shares.
@@ -21,7 +21,7 @@ pub enum Usual {
     RatedCurrent,
     /// Voltage of the DC link.
     Link,
-    /// Voltage of the DC link, compared with the voltage drop of a resistance at rated current.
+    /// Voltage of the DC link. The value is a resistance, and its voltage drop at rated current is compared with this voltage.
     LinkByDrop,
     /// Nominal DC-link voltage of the motor's nameplate.
     NominalLink,
@@ -47,7 +47,7 @@ pub enum Values {
     List(Vec<(&'static str, &'static str)>),
     /// Integers.
     Whole,
-    /// A text or a table: a file, a class, or settings of a library.
+    /// A text or a table. It names a file or a class, or contains the settings of a library.
     Text,
 }
 
@@ -71,11 +71,11 @@ pub struct Key {
     pub example: &'static str,
     /// Numbers that are allowed; none for choices, flags and texts.
     pub range: Option<Range>,
-    /// The random draws of a trial whose spread the key sets: their purpose, and their indices among the draws of this
-    /// purpose. Such a key is a source of error in an error budget.
+    /// The random draws of a trial whose spread the key sets. The fields are the purpose of the draws, and the indices of the draws among
+    /// all draws of this purpose. Such a key is a source of error in an error budget.
     pub draws: Option<(Purpose, Draws<usize>)>,
-    /// Reference of the value, and the share of the reference above which the value causes a warning, because it is
-    /// probably a mistake.
+    /// Limit above which a value is probably a mistake and causes a warning. The fields are the limit as a share of the reference, and the
+    /// reference.
     pub usual: Option<(f64, Usual)>,
     pub(super) values: fn() -> Values,
     /// Function that returns the key's effective value in a scenario, whether or not a file sets the key.
@@ -117,13 +117,13 @@ impl Key {
         self.range.as_ref().map(|range| range.needed)
     }
 
-    /// Returns true if a scenario has the part to which the key belongs. For example, the channel resistance belongs to
-    /// a MOSFET, the switch drop to an IGBT.
+    /// Returns true if a scenario has the part to which the key belongs. For example, the channel resistance belongs to a MOSFET, and the
+    /// switch drop to an IGBT.
     pub fn applies_to(&self, scenario: &Scenario<Method<f64>>) -> bool {
         (self.applies)(scenario)
     }
 
-    /// Returns true if trials of this scenario draw values whose spread this key sets, and the spread is above zero.
+    /// Returns true if trials of this scenario draw values whose spread this key sets. Returns false if the spread is zero.
     pub fn is_drawn(&self, scenario: &Scenario<Method<f64>>) -> bool {
         let zero = scenario.value(self.path).and_then(|value| value.as_float()) == Some(0.0);
         self.draws.is_some() && (self.applies)(scenario) && (self.drawn)(scenario) && !zero

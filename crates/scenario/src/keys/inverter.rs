@@ -8,7 +8,7 @@ use standstill_sim::Purpose;
 use super::{NOT_NEGATIVE, Range, TIME, Usual, number, table};
 use crate::named::Named;
 
-/// Longest time in s that a detection may take; a sag that begins later would have no effect.
+/// Longest time in s that a detection may take. A sag that begins later would have no effect.
 const LONGEST: f64 = 20.0;
 
 /// Range of a share of the DC-link voltage.

@@ -5,12 +5,12 @@ use standstill_files::sheet::{Sheet, Sourced};
 use standstill_plant::{NameplateNumber, Temperature};
 use standstill_quantity::{Quantity, Unit};
 
-/// Target of a motor's key: the number that a drawn value replaces.
+/// Number of the motor that the drawn value of a key replaces.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Set {
-    /// A number of the data sheet; the function returns none if the sheet does not have the number.
+    /// A number of the data sheet. The function writes the number, and returns none if the data sheet does not have it.
     Sheet(fn(&mut Sheet, f64) -> Option<()>),
-    /// A number of the data sheet's nameplate, with the other numbers of the sheet that depend on it.
+    /// A number of the data sheet's nameplate. Other numbers of the data sheet depend on it and change with it.
     Nameplate(NameplateNumber),
     /// A temperature of the winding or the magnets.
     Temperature(fn(&mut Temperature, f64)),

@@ -15,7 +15,8 @@ pub struct Range {
     pub reason: &'static str,
     /// True if only whole numbers are allowed.
     pub whole: bool,
-    /// Smallest allowed number above zero, if zero is allowed but no number between; else equal to `low`.
+    /// Smallest allowed number above zero. If it is larger than `low`, zero is allowed, but no number between zero and `gap`. If there is
+    /// no such gap, it is equal to `low`.
     gap: f64,
 }
 
@@ -28,12 +29,12 @@ impl Range {
         Self { whole: true, ..self }
     }
 
-    /// Returns the range that also contains zero, and whose other numbers are at least `least`.
+    /// Returns this range with a gap between zero and `least`: zero stays allowed, and all other numbers are at least `least`.
     pub(super) const fn or_from(self, least: f64) -> Self {
         Self { gap: least, ..self }
     }
 
-    /// Returns the smallest allowed number above zero, if zero is allowed but no number between; else none.
+    /// Returns the smallest allowed number above zero if the range contains zero and a gap above zero. Returns none if there is no gap.
     pub(crate) fn gap(&self) -> Option<f64> {
         (self.gap > self.low).then_some(self.gap)
     }
@@ -44,8 +45,7 @@ impl Range {
     }
 }
 
-/// Largest number in SI units that any key allows. No drive or motor has a larger value, and its square is still
-/// finite.
+/// Largest number in SI units that any key allows. No drive or motor has a larger value. The square of this number is still finite.
 pub(super) const LARGEST: f64 = 1e12;
 
 pub(super) const NOT_NEGATIVE: Range =

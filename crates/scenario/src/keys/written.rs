@@ -29,8 +29,8 @@ pub(crate) trait Written {
         String::new()
     }
 
-    /// Formats a number in SI units with a suitable prefix, such as 20 nF; a share in per cent if `needed`, the
-    /// description of the key's range, has a `%`. Empty for other values.
+    /// Formats a number in SI units with a suitable prefix, such as 20 nF. `_needed` describes the allowed range. If this description
+    /// contains a `%`, a dimensionless number is shown in per cent. Returns an empty text for values that are not numbers.
     fn readable(&self, _needed: &str) -> String {
         String::new()
     }
@@ -96,7 +96,7 @@ impl Written for String {
     }
 }
 
-/// Type of a scenario's field that is set from a key's number.
+/// Type of a field of the scenario. The field is set from the number of a key.
 pub(super) trait Place: Copy {
     fn of(number: f64) -> Self;
     fn number(self) -> f64;

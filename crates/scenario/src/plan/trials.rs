@@ -8,12 +8,12 @@ use crate::document::FileError;
 use crate::side_by_side::side_by_side;
 use crate::{Record, Scenario, TrialError};
 
-/// Number of trials whose scenarios are made together if tolerances are drawn: several times the number of trials that
-/// run side by side.
+/// Number of trials whose scenarios are made together if there are tolerances. It is several times the number of trials that run side by
+/// side.
 const AT_A_TIME: usize = 64;
 
 impl Plan {
-    /// Runs one trial at a point whose scenario is `scenario`.
+    /// Runs one trial at a point. `scenario` is the scenario of the point with nominal values.
     ///
     /// # Errors
     /// A drawn value is invalid.
@@ -29,8 +29,8 @@ impl Plan {
         if self.has_tolerances() { run(&self.drawn(point, Some(scenario), trial)?) } else { run(scenario) }
     }
 
-    /// Runs trials at a point whose scenario is `scenario`, side by side in this thread, until all are done or one
-    /// trial cannot be run; trials that have begun are completed. `done` receives each record, in any order.
+    /// Runs trials at a point side by side in this thread. `scenario` is the scenario of the point with nominal values. `done` receives
+    /// each record, in any order. After an error no further trial begins, but trials that have begun are completed.
     ///
     /// # Errors
     /// A drawn value is invalid, or no detector can be made for a trial.
@@ -48,7 +48,7 @@ impl Plan {
         self.side_by_side(point, scenario, streams, &|_| (), &mut |_, record| done(record))
     }
 
-    /// Makes the scenario of a trial whose draws, tolerances included, come from a tape.
+    /// Makes the scenario of a trial. All draws of the trial, tolerances included, come from a tape.
     ///
     /// # Errors
     /// A drawn value is invalid.
@@ -61,9 +61,9 @@ impl Plan {
         self.drawer(point, Some(scenario)).draw(Streams::taped(tape))
     }
 
-    /// Runs trials whose draws come from tapes, side by side in this thread. `change` is applied to each trial's
-    /// scenario after the draws and before the detector is made. `done` receives each record with the index of its
-    /// tape. `change` and `done` are `dyn` references, so that the code that runs detectors is compiled in this crate.
+    /// Runs trials side by side in this thread. The draws of each trial come from a tape. `change` changes each trial's scenario after the
+    /// draws and before the detector is made. `done` receives each record with the index of its tape. `change` and `done` are `dyn`
+    /// references, so that the code that runs detectors is compiled in this crate.
     ///
     /// # Errors
     /// A drawn value is invalid, or no detector can be made for a trial.
@@ -79,8 +79,8 @@ impl Plan {
         self.side_by_side(point, scenario, streams, change, done).map_err(|failed| failed.error)
     }
 
-    /// Runs one trial for each item of `streams`, the random numbers of a trial. `change` is applied to each trial's
-    /// scenario before its detector is made; `done` receives each record with the index of its item.
+    /// Runs one trial for each item of `streams`. An item contains the random numbers of its trial. `change` changes each trial's scenario
+    /// before the detector is made. `done` receives each record with the index of the item.
     fn side_by_side<'t>(
         &self,
         point: usize,
