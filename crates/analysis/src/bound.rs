@@ -259,8 +259,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         Ok(commands)
     }
 
-    /// Returns the standard deviation of the angle in rad from these samples, for two sets of unknowns: the motor's parameters alone, and
-    /// with them the specimen's errors. The second is none for readings without noise.
+    /// Returns two standard deviations of the angle in rad from these samples. The first has the motor's parameters as unknowns. The second
+    /// also has the specimen's errors as unknowns, and is none for readings without noise.
     fn deviations(
         &self,
         case: &Case,

@@ -60,7 +60,7 @@ pub struct Point {
     pub from_low: Option<f64>,
     /// Upper end of the lower edge's interval; none if the interval is open there.
     pub from_high: Option<f64>,
-    /// `edge` for one edge, `between` for two, or the reason why there is none.
+    /// Kind of the answer: `edge` if it has one edge, `between` if it has two, else the reason why no edge was found.
     pub answer: &'static str,
 }
 

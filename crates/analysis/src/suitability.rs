@@ -191,9 +191,9 @@ impl Suitability {
             let kept = FOR_THE_AXIS * work.left() as f64;
             for most in condition::LARGEST {
                 // A range whose search ends early leaves its work to the next one.
-                let share = (1.0 - kept / work.left() as f64).max(LEAST_OF_A_RANGE);
-                let (found, cut) = work
-                    .within(share, || Self::with_saturation(document, demands, work, &methods, most, hear));
+                let (found, cut) = work.within_all_but(kept, LEAST_OF_A_RANGE, || {
+                    Self::with_saturation(document, demands, work, &methods, most, hear)
+                });
                 if let Some(mut found) = found? {
                     if found.is_undecided {
                         // A larger range is not tried: the smaller one suffices on few starts.

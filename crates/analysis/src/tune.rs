@@ -246,7 +246,7 @@ impl Question<'_> {
         let alike = nominal == chosen;
         let differences = Measured(paired(&taken, [&of_start, &of_best], alike, self.seed));
         let best = Judged { values: chosen, measured: measured(&taken, &of_best) };
-        // The same seed and number of trials as for start and best, so that all are compared on the same random numbers.
+        // Start, best and front have the same seed and number of trials, so that all are compared on the same random numbers.
         let points = front::judged(&bench, &taken, along, seed(2), last, watch)?;
         let mut front: Vec<Judged> = points.into_iter().chain([best.clone()]).collect();
         let start = Judged { values: nominal, measured: measured(&taken, &of_start) };

@@ -69,7 +69,7 @@ fn sheet(name: &str) -> Result<DataSheet, Error> {
     if path.extension().is_none_or(|extension| extension != "toml") {
         return Err(Error::UnknownMotor(name.to_owned()));
     }
-    // Of a scenario file the motor is taken, with a message.
+    // A scenario file is accepted: a message says that only its motor is used.
     if path.exists()
         && let Ok((document, false)) = scenario::read_either(path)
         && let Ok(file) = document.load()

@@ -166,7 +166,7 @@ pub fn figures(s: &Summary, open: bool) -> Table {
     let beyond = format!("angle off by > {}°{of}", s.limit_deg);
     let errors = (s.errors > 0).then(|| line("simulation errors", s.errors.to_string()));
     let lines = [
-        line("rms axis error", format!("{}° over {} axes{of}", s.rms_deg, s.axes)),
+        line("rms axis error", format!("{}° over {} axes{of}", s.rms_deg, count(s.axes))),
         line("mean axis error", format!("{}°", s.bias_deg)),
         line("median", format!("{}°", s.p50_deg)),
         line("95th percentile", format!("{}°", s.p95_deg)),

@@ -62,8 +62,7 @@ pub fn short(value: f64) -> String {
 ///
 /// assert_eq!((count(1000), count(37_000), count(1_234_567)), ("1000".into(), "37,000".into(), "1,234,567".into()));
 /// ```
-#[allow(clippy::needless_pass_by_value, reason = "numbers are copied")]
-pub fn count(number: impl ToString) -> String {
+pub fn count(number: impl ToString + Copy) -> String {
     let digits = number.to_string();
     if digits.len() < 5 || !digits.bytes().all(|digit| digit.is_ascii_digit()) {
         return digits;

@@ -303,7 +303,7 @@ mod tests {
         assert!((information.deviation(&[]).powi(2) - variance(6.0)).abs() < 1e-15);
         let prior = Prior { place: 1, deviation: 0.5 };
         assert!((information.deviation(&[prior]).powi(2) - variance(6.0 + 0.25 * 4.0)).abs() < 1e-15);
-        // The same column twice counts as one unknown. A second column equal to the angle's leaves no information on the angle.
+        // Two equal columns count as one unknown. If a further column equals the column of the angle, no information on the angle is left.
         let twice = Information::new(&noise, &[angle.clone(), other.clone(), other]);
         assert!((twice.deviation(&[]).powi(2) - variance(6.0)).abs() < 1e-12);
         assert!(Information::new(&noise, &[angle.clone(), angle.clone()]).deviation(&[]).is_infinite());

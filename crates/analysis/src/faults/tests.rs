@@ -44,7 +44,7 @@ fn law_each_trial_runs_once_with_and_without_checks_whatever_the_blocks() {
     assert!(alone.is_ok_and(|alone| alone == [(2, 0), (1, 0)]));
 }
 
-/// Of four starts that a fault harms three end without an answer; right answers count for nothing.
+/// A fault harms four starts, and three of them end without an answer. The share does not count right answers.
 #[test]
 fn analytic_the_share_of_refused_starts_leaves_out_right_answers() {
     let reasons = [("too little current", 2), ("the rotor turns", 1)];

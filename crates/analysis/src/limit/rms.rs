@@ -148,7 +148,7 @@ mod tests {
         assert!((none.high - 5.46).abs() < 0.01, "{none:?}");
         assert_eq!(dominated(&none, &without_answer(&values)), Some(Dominated::Interval));
         assert!(widens(&none, &without_answer(&values)));
-        // With errors of 10° the starts without an answer are only a part of what is open.
+        // With errors of 10°, starts without an answer may cause less than half of the square of the interval's upper end.
         let large: Vec<f64> = (0..1000).map(|k| 10.0 * f64::from(k % 3)).collect();
         let (rms_of_large, share) = (rms(&large), without_answer(&large));
         assert_eq!((dominated(&rms_of_large, &share), widens(&rms_of_large, &share)), (None, true));

@@ -35,8 +35,7 @@ pub enum Claimed {
     /// The share of starts with this result is at most the last value. If the flag is true, starts without an answer count as if they had
     /// this result.
     Share(Bad, bool, f64),
-    /// Of the starts that are dangerous without the method's checks, the share that still has an answer with the checks is at most this
-    /// value.
+    /// Some starts are dangerous without the method's checks. With the checks, at most this share of them has an answer.
     Undetected(f64),
 }
 

@@ -80,8 +80,8 @@ struct Strength {
 }
 
 impl Strength {
-    /// Returns the settings with the key at a share of its largest value. `largest` is none if the user set the key; then the settings do
-    /// not change.
+    /// Returns the settings with another value of the key. The value is the share `share` of `largest`, the largest value of the key. The
+    /// settings do not change if `largest` is none, which means that the user set the key.
     fn set(&self, setting: &Setting, largest: Option<f64>, share: f64) -> Setting {
         let text = |largest: f64| (self.text)(self.dead + (largest - self.dead) * share);
         largest.map_or_else(|| setting.clone(), |largest| setting.with(self.key, &text(largest)))

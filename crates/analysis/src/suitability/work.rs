@@ -91,6 +91,12 @@ impl Allowance {
         (done, was_cut)
     }
 
+    /// Carries out a part of the check with all work that is left except `kept`, but with at least the share `least` of it. Returns the same
+    /// as [`Self::within`].
+    pub fn within_all_but<T>(&self, kept: f64, least: f64, part: impl FnOnce() -> T) -> (T, bool) {
+        self.within((1.0 - kept / self.left() as f64).max(least), part)
+    }
+
     /// Returns true if the present part of the check left something out because no work was left.
     pub const fn is_cut(&self) -> bool {
         self.cut.get()
@@ -100,6 +106,21 @@ impl Allowance {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A part that ends early leaves its work to the next one. After parts that used theirs, a part still has its least share.
+    #[test]
+    fn law_a_part_may_use_all_but_what_is_kept() {
+        let work = Allowance::new(1000);
+        let ((), cut) = work.within_all_but(100.0, 0.4, || assert!(work.spend(200)));
+        assert!(!cut);
+        let ((), cut) =
+            work.within_all_but(100.0, 0.4, || assert!(work.has(699) && work.spend(650) && !work.has(50)));
+        assert!(cut && work.left() == 150);
+        let ((), _) = work.within_all_but(100.0, 0.4, || assert!(work.has(59) && !work.has(60)));
+        work.spend(150);
+        let ((), cut) = work.within_all_but(100.0, 0.4, || assert!(!work.has(0)));
+        assert!(cut && work.left() == 0);
+    }
 
     /// A part gets its share of the work that is left. When a part has used its share, the other parts go on.
     #[test]

@@ -99,7 +99,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let verdict = verdict(tone, headline, details);
     let answer = Answer::new("bounds", "Cramér–Rao limit".to_owned(), String::new(), verdict, blocks);
     let answer = Answer { json, code: if is_blind { NOT_SHOWN } else { 0 }, ..answer };
-    // Where a command takes a scenario file, a motor's name is allowed, too.
+    // The next command accepts a motor's name in place of a scenario file.
     let scenario = options.source.scenario.as_deref().unwrap_or_else(|| Path::new("paper-5k5"));
     let keys = &options.source.keys;
     let answer = if is_blind {

@@ -36,23 +36,39 @@ fn nameplate<T: Real>() -> Nameplate<T> {
     }
 }
 
-/// Detects; `between` may change the motor before each command.
-fn detect<T: Real>(
+/// Detects. `between` may change the motor before each command, `breaks` the readings of the pulse with this number, from 0.
+fn run<T: Real>(
     settings: MaximumLikelihoodSettings<T>,
     motor: &mut LineMotor,
     mut between: impl FnMut(&mut LineMotor),
-) -> Outcome<T> {
+    breaks: impl Fn(usize, &mut Reading<T>),
+) -> (Outcome<T>, MaximumLikelihood<T>) {
     let mut detector = MaximumLikelihood::new(settings).expect("settings");
     let mut readings = Vec::new();
     loop {
         match detector.step(&readings) {
             Step::Drive(command) => {
                 between(motor);
+                let before = motor.pulses.len();
                 readings = motor.readings(&command);
+                if motor.pulses.len() > before {
+                    for reading in &mut readings {
+                        breaks(before, reading);
+                    }
+                }
             }
-            Step::Done(outcome) => return outcome,
+            Step::Done(outcome) => return (outcome, detector),
         }
     }
+}
+
+/// Detects with whole parts; see [`run`].
+fn detect<T: Real>(
+    settings: MaximumLikelihoodSettings<T>,
+    motor: &mut LineMotor,
+    between: impl FnMut(&mut LineMotor),
+) -> Outcome<T> {
+    run(settings, motor, between, |_, _| ()).0
 }
 
 fn found<T: Real>(outcome: Outcome<T>) -> (Angle<T>, Findings<T>) {

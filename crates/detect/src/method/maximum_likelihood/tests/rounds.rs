@@ -4,32 +4,16 @@ use super::*;
 use crate::checks::Checks;
 use crate::testing::Noise;
 
-/// Detects with readings that `breaks` changes, by the number of their pulse, from 0.
+/// Detects with these checks; see [`run`].
 fn with(
     checks: Checks,
     motor: &mut LineMotor,
-    mut between: impl FnMut(&mut LineMotor),
+    between: impl FnMut(&mut LineMotor),
     breaks: impl Fn(usize, &mut Reading<f64>),
 ) -> (Outcome<f64>, MaximumLikelihood<f64>) {
     let mut settings = MaximumLikelihoodSettings::<f64>::suited(&nameplate());
     settings.pulses.plausibility.checks = checks;
-    let mut detector = MaximumLikelihood::new(settings).expect("settings");
-    let mut readings = Vec::new();
-    loop {
-        match detector.step(&readings) {
-            Step::Drive(command) => {
-                between(motor);
-                let before = motor.pulses.len();
-                readings = motor.readings(&command);
-                if motor.pulses.len() > before {
-                    for reading in &mut readings {
-                        breaks(before, reading);
-                    }
-                }
-            }
-            Step::Done(outcome) => return (outcome, detector),
-        }
-    }
+    run(settings, motor, between, breaks)
 }
 
 /// A slope from n readings at 1 … n has the variance σ² / Σ n², by each of two sensors; stated is that of one sensor, 3 σ² / n³, and the sum of
