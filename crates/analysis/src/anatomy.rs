@@ -11,53 +11,53 @@ use standstill_sim::{Purpose, Tape};
 
 use crate::{Event, Halt, Trials, Watch};
 
-/// Smallest magnitude of a draw's mean that is listed, in standard deviations of the draw.
+/// Least magnitude of a random draw's mean, in standard deviations of the draw. Draws with a smaller mean are not listed.
 const LEAST_MEAN: f64 = 0.5;
 
-/// Smallest number of starts in a listed sector.
+/// Least number of simulated motor starts in a sector. Sectors with fewer starts are not listed.
 const LEAST_STATES: usize = 20;
-/// Smallest share of the event's probability in a listed sector.
+/// Least share of the event's probability in a sector. Sectors with a smaller share are not listed.
 const LEAST_SHARE: f64 = 0.02;
 
-/// Sectors and draws of the starts in which the event happened.
+/// Rotor angles and random draws of the simulated motor starts in which an event happened.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Anatomy {
-    /// Sectors of the rotor angle with at least 20 starts in which the event happened, the one with the largest share of the
-    /// event first.
+    /// Sectors of the rotor angle in which the event happened in at least 20 starts, sorted by their share of the event's probability, the
+    /// largest first.
     pub sectors: Vec<Sector>,
-    /// Draws of a typical start: of all starts in the most probable sector, the one whose draws are nearest to the sector's means. None if
-    /// no sector has enough starts.
+    /// Random draws of a typical start. It is the start in the sector with the largest share whose draws are nearest to the sector's means.
+    /// None if no sector has enough starts.
     pub typical: Option<Tape>,
 }
 
-/// Starts with the event in a range of rotor angles, with one sign of the error.
+/// Starts in which the event happened, with rotor angles in one range and axis errors of one sign.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sector {
-    /// Lower and upper limit of the rotor's electrical angle in degrees; for an axis error, of the angle modulo 180°.
+    /// Lower and upper limit of the electrical rotor angle in degrees. If the event is an axis error, the angle is taken modulo 180°.
     pub angles_deg: (f64, f64),
     /// True for a positive axis error, false for a negative one; none for events other than an axis error.
     pub positive: Option<bool>,
     /// Share of the event's probability in this sector.
     pub share: f64,
-    /// Draws whose mean is at least half a standard deviation away from zero, the largest mean first.
+    /// Random draws whose mean over these starts is at least half a standard deviation away from zero, the largest mean first.
     pub draws: Vec<Draw>,
 }
 
-/// Statistics of a draw over the starts with the event, in standard deviations of the draw's own distribution.
+/// Statistics of a random draw over the starts in which the event happened, in standard deviations of the draw's own distribution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draw {
-    /// Name of the draw, such as `gain of b`.
+    /// Name of the random draw, such as `gain of b`.
     pub name: String,
-    /// Mean over the starts with the event. Over all starts the mean is zero.
+    /// Mean over the starts in which the event happened. The mean over all starts is zero.
     pub mean: f64,
-    /// Standard deviation over the starts with the event. Over all starts it is 1.
+    /// Standard deviation over the starts in which the event happened. The standard deviation over all starts is 1.
     pub deviation: f64,
 }
 
-/// Key of a draw: its purpose, its name and its index.
+/// Key of a random draw: its purpose, its name and its index.
 type Place = (u32, String, usize);
 
-/// Sums over the starts of a sector: for each draw the sums of weights, weighted values and weighted squares.
+/// Sums over the starts of a sector. Each draw has three sums: of the weights, of the weighted values and of the weighted squares.
 #[derive(Debug, Default)]
 struct Sums {
     share: f64,
@@ -66,8 +66,8 @@ struct Sums {
 }
 
 impl Anatomy {
-    /// Computes the anatomy of an event from starts in which the event happened. `failures`: for each start its share of the event's
-    /// probability, and its draws.
+    /// Computes the anatomy of an event from starts in which the event happened. `failures` has two values for each of these starts: its
+    /// share of the event's probability, and its random draws.
     ///
     /// # Errors
     /// A drawn value is invalid, or the computation was interrupted.
@@ -110,8 +110,8 @@ const fn width(event: Event) -> f64 {
     }
 }
 
-/// Returns the index of the sector that contains a start's rotor angle, and whether the axis error is positive (none for other events). For
-/// an axis error the angle is taken modulo 180°.
+/// Returns the index of the sector that contains a start's rotor angle, and true if the axis error is positive. The second value is none
+/// for events other than an axis error. For an axis error, the angle is taken modulo 180°.
 fn class(event: Event, record: &Record) -> (usize, Option<bool>) {
     let (turn, positive) = match event {
         Event::Error(_) => (180.0, record.axis_error_deg().map(|error| error > 0.0)),
@@ -122,8 +122,8 @@ fn class(event: Event, record: &Record) -> (usize, Option<bool>) {
     (whole(angle / width(event)), positive)
 }
 
-/// Returns true for draws that the anatomy lists. Left out are the rotor angle, which the sector states, other angles (phase of the ripple,
-/// direction of the last magnetisation), and draws that are no errors (order of a design, seed of a detector).
+/// Returns true for draws that the anatomy lists. It does not list the rotor angle, because the sector states it. Nor does it list other
+/// angles (phase of the ripple, direction of the last magnetisation), or draws that are no errors (order of a design, seed of a detector).
 fn is_told(purpose: Purpose) -> bool {
     !matches!(
         purpose,
@@ -166,7 +166,8 @@ impl Sums {
         draws
     }
 
-    /// Returns the tape of the start that is nearest to the sector's means. The distance counts only draws whose mean differs from zero.
+    /// Returns the tape of the start whose draws are nearest to the sector's means. The distance counts only draws whose mean differs from
+    /// zero by at least half a standard deviation.
     fn typical(&self, failures: &[(f64, Tape)]) -> Option<Tape> {
         let far: BTreeMap<&Place, f64> = self
             .means()
@@ -189,8 +190,8 @@ impl Sums {
     }
 }
 
-/// Returns the name of a draw in words, such as `gain of b`. `number`: index of the draw within its purpose; `faults`: the scenario's
-/// faults.
+/// Returns the name of a random draw in words, such as `gain of b`. `number` is the draw's index among the draws of its purpose. `faults`
+/// are the scenario's faults.
 pub(crate) fn name(purpose: Purpose, key: &str, number: usize, faults: &[FaultSettings]) -> String {
     let phase = |number: usize| ["a", "b", "c"][number % 3];
     match purpose {

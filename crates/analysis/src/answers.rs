@@ -9,11 +9,12 @@ use standstill_scenario::{FileError, Plan, Record, Verdict};
 use crate::faults::in_blocks;
 use crate::{Halt, Watch};
 
-/// Number of starts that a thread runs at a time.
+/// Number of simulated motor starts that a thread runs at a time.
 const AT_ONCE: u64 = 64;
 
-/// Numbers of starts with and without an answer, from the trials that `standstill run` runs with the scenario's seed. A probability, an
-/// error or a requirement is reported with these numbers, because a method that never names a pole never names a wrong one either.
+/// Numbers of simulated motor starts with and without an answer. The trials are those that `standstill run` runs with the scenario's seed.
+/// A probability, an error or a requirement is reported with these numbers, because a method that never names a pole never names a wrong
+/// one either.
 /// ```
 /// use std::path::Path;
 /// use std::sync::atomic::AtomicBool;
@@ -30,14 +31,14 @@ const AT_ONCE: u64 = 64;
 pub struct Answers {
     /// Number of starts.
     pub starts: u64,
-    /// For each reason why a start has no axis, the number of starts.
+    /// Number of starts without an axis, for each reason.
     pub without_axis: BTreeMap<String, u64>,
-    /// For each reason why a start has an axis but no pole, the number of starts.
+    /// Number of starts with an axis but no pole, for each reason.
     pub without_pole: BTreeMap<String, u64>,
 }
 
 impl Answers {
-    /// Runs trials 0 to `starts` − 1 at the first point of a plan, and counts them.
+    /// Runs trials 0 to `starts` − 1 at the first point of a plan, and counts the starts with and without an answer.
     ///
     /// # Errors
     /// A trial cannot be run, or the computation was interrupted.
@@ -66,7 +67,8 @@ impl Answers {
         self.starts - self.without_axis.values().sum::<u64>()
     }
 
-    /// Returns the number of starts with an angle: an axis with a pole, or an axis alone of a motor without a magnet.
+    /// Returns the number of starts with a rotor angle. For a motor with a magnet this is an axis with a pole, for a motor without a magnet
+    /// the axis alone.
     pub fn with_angle(&self) -> u64 {
         self.with_axis() - self.without_pole.values().sum::<u64>()
     }

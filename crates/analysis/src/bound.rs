@@ -46,10 +46,10 @@ pub use plant::Unknown;
 /// The commands of a detection that count for the bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Counted {
-    /// All commands of the detector, including those of its polarity test.
+    /// All commands of the detector, including the commands of its polarity test.
     #[default]
     All,
-    /// The commands before the first one with PWM: for methods with line pulses, the pulses without the polarity test.
+    /// The commands before the first command with PWM. For methods with line pulses, these are the pulses before the polarity test.
     BeforePwm,
 }
 
@@ -80,39 +80,39 @@ enum Samples {
 /// ```
 #[derive(Debug)]
 pub struct Bounds<'a, S> {
-    /// Motor, drive, sensors and method. The nominal plant has no ripple, and all values that a trial draws are at their means.
+    /// Motor, drive, sensors and method. In the nominal plant the DC link has no ripple, and all random values are at their means.
     pub scenario: &'a Scenario<S>,
     /// Unknown parameters of the motor besides the angle.
     pub unknown: &'a [Unknown],
     /// Commands that count for the bound.
     pub counted: Counted,
-    /// Interval between the samples of [`Bound::all_deg`], about 1 kB of memory a sample; none: bounds from all samples are not computed.
+    /// Interval between the samples for [`Bound::all_deg`]; none if that bound is not computed. A sample takes about 1 kB of memory.
     pub interval: Option<Nanos>,
-    /// Number of the trial whose noise is added when the detector's commands are recorded; none: no noise. A method that repeats until its
-    /// readings are certain enough needs noise here: without noise it stops earlier than in its trials.
+    /// Number of the trial whose noise is added while the commands are recorded; none: no noise. A method that repeats until its readings
+    /// are certain enough needs noise here, because without noise it would stop earlier than in its trials.
     pub noise: Option<u64>,
-    /// Factor on the default steps of the difference quotients; 1 for the default steps.
+    /// Factor by which the default steps of the difference quotients are multiplied.
     pub step: f64,
     /// Number of threads; none: as many as there are cores.
     pub threads: Option<usize>,
 }
 
-/// Cramér–Rao bounds on the standard deviation of the angle, in electrical degrees. Zero for sensors without noise, quantization
-/// and jitter; infinite if the readings do not determine the angle.
+/// Cramér–Rao bounds on the standard deviation of the angle, in electrical degrees. A bound is zero if the sensors have no noise,
+/// quantization or jitter. It is infinite if the readings do not determine the angle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bound {
     /// Bound from the samples that the commands request.
     pub scheme_deg: f64,
     /// Bound from samples at every [`Bounds::interval`] during the same commands. None without an interval.
     pub all_deg: Option<f64>,
-    /// Like `scheme_deg`, for a specimen whose gains, offsets and delays are known only within the tolerances of drive and sensors. None
-    /// for sensors without noise, whose infinite information cannot be added to that of the tolerances.
+    /// Like `scheme_deg`, but gains, offsets and delays of drive and sensors are known only within tolerances. None for sensors without
+    /// noise, whose infinite information cannot be added to that of the tolerances.
     pub hybrid_deg: Option<f64>,
-    /// Like `all_deg`, for a specimen whose gains, offsets and delays are known only within tolerances.
+    /// Like `all_deg`, but gains, offsets and delays are known only within tolerances.
     pub hybrid_all_deg: Option<f64>,
 }
 
-/// Error of a bound that could not be computed.
+/// Reason why a bound could not be computed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum BoundError {
     /// The detector cannot work with its settings.
@@ -127,7 +127,7 @@ pub enum BoundError {
 }
 
 impl Bound {
-    /// Returns the root of the mean variance: a lower bound of the rms error over these angles. NaN for an empty slice.
+    /// Returns the root of the mean variance, which is a lower bound of the rms error over the angles of `bounds`. NaN for an empty slice.
     ///
     /// ```
     /// use standstill_analysis::Bound;
@@ -160,7 +160,7 @@ impl<S> Clone for Bounds<'_, S> {
 impl<S> Copy for Bounds<'_, S> {}
 
 impl<'a, S: Settings<f64>> Bounds<'a, S> {
-    /// Sets up the bounds with all parameters of the motor unknown, all commands counted and a sample every 10 µs.
+    /// Sets up the bounds: all parameters of the motor are unknown, all commands count, and samples are 10 µs apart.
     pub fn new(scenario: &'a Scenario<S>) -> Self {
         Self {
             scenario,
@@ -173,7 +173,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         }
     }
 
-    /// Returns the bounds at an electrical angle in rad. None for a method that turns the rotor: it estimates no initial angle.
+    /// Returns the bounds at an electrical angle in rad. None for a method that turns the rotor, as it estimates no initial angle.
     ///
     /// # Errors
     /// The detector cannot work with its settings, or a plant cannot be simulated.
@@ -194,7 +194,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         }))
     }
 
-    /// Returns the nominal plant at this angle in rad. Its sensors have the scenario's arrangement, filters and delays but no errors.
+    /// Returns the nominal plant at this angle in rad. The sensors have the scenario's arrangement, filters and delays, but no errors.
     fn nominal(&self, angle: f64) -> Case<'a> {
         let Scenario { drive, sensors, tolerance, seed, .. } = self.scenario;
         let drawn = self.scenario.case_at(angle, Specimen { drive: 0, noise: 0 });
@@ -242,7 +242,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         }
     }
 
-    /// Records the commands that the detector gives on a plant, and returns those that count.
+    /// Records the commands that the detector gives on a plant, and returns the commands that count for the bound.
     fn commands(&self, case: &Case) -> Result<Vec<Command<f64>>, BoundError> {
         let mut case = case.clone();
         if self.noise.is_some() {
@@ -259,8 +259,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         Ok(commands)
     }
 
-    /// Returns two standard deviations of the angle in rad from these samples. The first has the motor's parameters as unknowns. The second
-    /// also has the specimen's errors as unknowns, and is none for readings without noise.
+    /// Returns two standard deviations of the angle in rad, computed from these samples. In the first, only the motor's parameters are
+    /// unknown. In the second, the specimen's errors are unknown too; it is none for readings without noise.
     fn deviations(
         &self,
         case: &Case,
@@ -313,8 +313,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
             .collect()
     }
 
-    /// Returns the unknown errors of a specimen: for each, the sensitivity of the readings and the error's standard deviation. `offsets`:
-    /// sensitivities to the comparators' offsets.
+    /// Returns each unknown error of a specimen as two values: the sensitivity of the readings to the error, and its standard deviation.
+    /// `offsets` are the sensitivities to the comparators' offsets.
     fn of_specimen(
         &self,
         noise: &Noise,
@@ -359,7 +359,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         Ok(all)
     }
 
-    /// Returns the nominal readings with the parameters of their noise covariance. `offsets`: sensitivities to the comparators' offsets.
+    /// Returns the nominal readings and the parameters of their noise. `offsets` are the sensitivities to the comparators' offsets.
     fn noise_of(
         &self,
         case: &Case,
@@ -382,8 +382,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
 }
 
 impl<S: Settings<f64> + Sync> Bounds<'_, S> {
-    /// Returns the bounds at this number of angles, evenly spaced from zero; none for a method that turns the rotor. Line inductances
-    /// repeat every 60°, so a number that shares no factor with six covers more distinct angles.
+    /// Returns the bounds at this number of angles, evenly spaced from zero. None for a method that turns the rotor. Line inductances
+    /// repeat every 60°, so a number of angles that shares no factor with six covers more distinct angles.
     ///
     /// # Errors
     /// The detector cannot work with its settings, a plant cannot be simulated, or no threads can be started.

@@ -18,43 +18,44 @@ use standstill_campaign::Estimate;
 
 pub use edge::{Bound, Edge};
 
-/// Judgement of whether the limits hold at one value.
+/// Verdict on whether all limits hold at one value of the searched quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Verdict {
-    /// True if the limits hold by the point estimates.
+    /// True if all limits hold with the measures at their point estimates.
     pub holds: bool,
-    /// True if the limits hold at the unfavourable ends of all confidence intervals.
+    /// True if all limits hold with the measures at the unfavourable ends of their confidence intervals.
     pub surely: bool,
-    /// True if the limits hold at the favourable ends of all confidence intervals.
+    /// True if all limits hold with the measures at the favourable ends of their confidence intervals.
     pub possibly: bool,
 }
 
-/// Result of the trials at one value.
+/// Result of the trials at one value of the searched quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {
-    /// Number of trials: fewer than requested if the result was clear earlier.
+    /// Number of trials. It is smaller than requested if the result was clear earlier.
     pub trials: u64,
-    /// Ratio of each measure to its limit, with its 95 % interval. A limit holds if the ratio is at most 1.
+    /// Ratio of each measure to its limit, with the ratio's 95 % interval. A limit holds if the ratio is at most 1.
     pub shares: Vec<Estimate>,
-    /// Ratio of each measure to its limit, over the starts with an answer alone.
+    /// Ratio of each measure to its limit, computed only from the simulated motor starts that gave an answer.
     pub answered: Vec<f64>,
-    /// Lower and upper end of the 95 % interval that the largest ratio would have after each number of trials in [`forecast_trials`].
+    /// Forecasts of the largest ratio: the lower and upper end of its 95 % interval after each number of trials in [`forecast_trials`].
     pub forecast: Vec<[f64; 2]>,
-    /// True if the limits surely hold, false if they surely do not: further trials would not change that. None: not clear yet.
+    /// True if the limits surely hold, and false if they surely fail; further trials would not change this result. None if the result is
+    /// not clear yet.
     pub clear: Option<bool>,
 }
 
-/// Smallest number of trials of the forecasts; the others are this number times powers of two.
+/// Smallest number of trials of the forecasts. Each further number is twice the number before it.
 const FORECAST_FROM: u64 = 500;
 /// Number of forecasts.
 const FORECASTS: u32 = 21;
 
-/// Iterates over the numbers of trials for which a [`Look`] forecasts its confidence interval: 500 times powers of two.
+/// Iterates over the numbers of trials for which a [`Look`] forecasts its confidence interval. They are 500 times the powers of two.
 pub fn forecast_trials() -> impl Iterator<Item = u64> {
     (0..FORECASTS).map(|k| FORECAST_FROM << k)
 }
 
-/// The point of a confidence interval by which limits are judged.
+/// Selects the value of a measure by which its limit is judged: the point estimate, or an end of the confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum View {
     /// The point estimate.
@@ -66,7 +67,7 @@ enum View {
 }
 
 impl Look {
-    /// Returns the largest of the ratios of measure to limit.
+    /// Returns the largest ratio of a measure to its limit, with each ratio at the value that `view` selects.
     fn worst(&self, view: View) -> f64 {
         let of = |share: &Estimate| match view {
             View::Likely => share.value,
@@ -76,13 +77,13 @@ impl Look {
         self.shares.iter().map(of).fold(0.0, f64::max)
     }
 
-    /// Returns true if all limits hold, with each measure at the point of its confidence interval that `view` selects. A result that was
-    /// clear early decides by itself.
+    /// Returns true if all limits hold, with each measure at the value that `view` selects. If the result was clear early, returns that
+    /// result.
     fn holds(&self, view: View) -> bool {
         self.clear.unwrap_or_else(|| self.worst(view) <= 1.0)
     }
 
-    /// Returns whether the limits hold: likely, surely, possibly.
+    /// Returns the verdict on whether the limits hold.
     pub fn verdict(&self) -> Verdict {
         Verdict {
             holds: self.holds(View::Likely),
@@ -91,13 +92,13 @@ impl Look {
         }
     }
 
-    /// Returns the upper end of the interval that the largest ratio would have after this number of trials.
+    /// Returns the forecast for this number of trials: the upper end of the largest ratio's confidence interval.
     fn foreseen(&self, trials: u64) -> f64 {
         let number = forecast_trials().take_while(|then| *then <= trials).count().saturating_sub(1);
         self.forecast[number][1]
     }
 
-    /// Returns the indices of the limits that are broken.
+    /// Returns the indices of the limits whose measures exceed them.
     fn broken(&self) -> Vec<usize> {
         (0..self.shares.len()).filter(|k| self.shares[*k].value > 1.0).collect()
     }
@@ -106,28 +107,29 @@ impl Look {
 /// Range and precision of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
-    /// Smallest and largest value. If both are above zero, the values that are tried differ by equal factors, else by equal differences.
+    /// Smallest and largest value. If both are above zero, neighbouring values that are tried have the same ratio. Otherwise they have the
+    /// same difference.
     pub range: (f64, f64),
-    /// Number of values of the scan: the first values that are tried, spread over the whole range.
+    /// Number of values in the scan. These values are tried first, and are spread over the whole range.
     pub points: usize,
-    /// Number of trials at each value of the scan; values near an edge get more.
+    /// Number of trials at each value of the scan. Values near an edge get more trials later.
     pub trials: u64,
     /// Largest number of trials at one value.
     pub most: u64,
     /// Least number of trials with which the limits can be shown to hold surely.
     pub sure_from: u64,
-    /// Largest accepted width of the interval, as a share of the value.
+    /// Largest accepted width of an edge's 95 % interval, as a share of the edge's value.
     pub width: f64,
     /// True if only whole numbers are allowed.
     pub whole: bool,
 }
 
-/// The end of a stretch at which an edge lies.
+/// End of a stretch of values at which an edge lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// The limits hold below the edge: the edge is the largest value.
+    /// The limits hold below the edge, so the edge is the largest value of the stretch.
     Largest,
-    /// The limits hold above the edge: the edge is the smallest value.
+    /// The limits hold above the edge, so the edge is the smallest value of the stretch.
     Smallest,
 }
 
@@ -138,17 +140,17 @@ pub enum Found {
     Nowhere,
     /// The limits hold at all tried values.
     Everywhere,
-    /// The limits hold up to an edge, from an edge on, or between two edges.
+    /// The limits hold in a part of the range, which ends at one or two edges.
     Stretch(Stretch),
 }
 
-/// A stretch of values over which the limits hold.
+/// A stretch of neighbouring values at which the limits hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stretch {
-    /// Edges of the stretch, the smaller value first. An end of the stretch at an end of the range is not an edge.
+    /// Edges of the stretch, the edge with the smaller value first. If the stretch reaches an end of the range, that end is not an edge.
     pub edges: Vec<Edge>,
-    /// First and last value of each stretch of the scan in which the limits hold. There are several only if the limits
-    /// surely fail between them.
+    /// First and last value of each stretch of the scan in which the limits hold. There are several stretches only if the limits surely
+    /// fail between them.
     pub all: Vec<(f64, f64)>,
 }
 
@@ -164,20 +166,21 @@ impl Stretch {
     }
 }
 
-/// Function that judges a value with at most the given number of trials; returns none if the value is invalid.
+/// Function that runs at most the given number of trials at a value, and returns their result. It returns none if the value is invalid.
 pub type Judge<'a, E> = &'a mut dyn FnMut(f64, u64) -> Result<Option<Look>, E>;
 
-/// All results so far: for each value the result with the most trials.
+/// All results so far. Each value has the result with the most trials.
 struct Looks<'a, 'b, E> {
     search: &'a Search,
     judge: Judge<'b, E>,
-    /// By the bits of the value: its position in the range, the number of trials requested, and the result; none if the value is invalid.
+    /// For the bits of each value: its position in the range, the number of trials requested, and the result. The result is none if the
+    /// value is invalid.
     known: BTreeMap<u64, (f64, u64, Option<Look>)>,
 }
 
 impl<E> Looks<'_, '_, E> {
-    /// Returns the result at a position in the range with this number of trials, or with fewer if the result is clear. None if the value is
-    /// invalid.
+    /// Returns the result at a position in the range with this number of trials, or with fewer trials if the result is clear. None if the
+    /// value at this position is invalid.
     fn at(&mut self, place: f64, trials: u64) -> Result<Option<&Look>, E> {
         let value = self.search.at(place);
         let known = self.known.get(&value.to_bits()).is_some_and(|(_, asked, look)| {
@@ -191,8 +194,8 @@ impl<E> Looks<'_, '_, E> {
     }
 }
 
-/// Returns the value at a position in a range, from 0 (low end) to 1 (high end): in equal factors if the range is
-/// positive, else in equal steps.
+/// Returns the value at a position in a range. Position 0 is the low end and 1 the high end. Equal steps of the position multiply the value
+/// by equal factors if the range is positive; otherwise they add equal differences.
 pub(crate) fn between((low, high): (f64, f64), place: f64) -> f64 {
     if low > 0.0 {
         low * standstill_numeric::exp(place * standstill_numeric::ln(high / low))
@@ -202,13 +205,13 @@ pub(crate) fn between((low, high): (f64, f64), place: f64) -> f64 {
 }
 
 impl Search {
-    /// Returns the value at a position in the range, from 0 (smallest) to 1 (largest).
+    /// Returns the value at a position in the range. Position 0 is the smallest value and 1 the largest.
     fn at(&self, place: f64) -> f64 {
         let value = between(self.range, place);
         if self.whole { value.round() } else { value }
     }
 
-    /// Returns the positions of the scan, without repeated values.
+    /// Returns the positions of the scan. Positions that have the same value as the position before them are left out.
     fn places(&self) -> Vec<f64> {
         let place = |k: usize| k as f64 / (self.points - 1) as f64;
         let mut places: Vec<f64> = (0..self.points).map(place).collect();
@@ -216,7 +219,7 @@ impl Search {
         places
     }
 
-    /// Returns the values of the scan, without repetition.
+    /// Returns the values of the scan, each once.
     pub fn values(&self) -> Vec<f64> {
         self.places().into_iter().map(|place| self.at(place)).collect()
     }

@@ -22,23 +22,24 @@ use crate::trials::Codes;
 use crate::{Halt, Trials, Watch};
 use standstill_odds::kept;
 
-/// Default number of pairs of starts. The starts of a pair, one from each of two samples, share their rotor angle and no other draws.
+/// Default number of pairs of simulated motor starts. The two starts of a pair come from two samples. They have the same rotor angle and no
+/// other random draws in common.
 pub const PAIRS: u64 = 8000;
 
-/// Least number of pairs in which all starts have an axis; with fewer, no shares are computed.
+/// Least number of pairs in which all starts have an axis. With fewer such pairs, no shares are computed.
 const FEWEST: usize = 10;
 
-/// Numbers of parts into which the turn is divided for contributions over the angle: parts of 15°, 30° or 60°. The
-/// narrowest parts with enough pairs are used.
+/// Numbers of parts into which a turn of the rotor is divided, so that contributions can be computed over the angle. The parts are 15°, 30°
+/// or 60° wide. The narrowest parts with enough pairs are used.
 const PARTS: [usize; 3] = [24, 12, 6];
 
 /// Least number of pairs per part.
 const IN_PART: usize = 150;
 
-/// Number of trials that are computed and stored together; an interruption loses at most these.
+/// Number of trials that are computed and stored together. An interruption loses at most this number of trials.
 const AT_ONCE: usize = 2048;
 
-/// Number of different offsets of the converters' codes that starts may draw, in equal fractions of one LSB.
+/// Number of different offsets of the converters' codes that a start may draw. They divide one LSB evenly.
 const PLACES: u64 = 16;
 
 /// Contribution of each source of error to the mean square error.
@@ -46,11 +47,11 @@ const PLACES: u64 = 16;
 pub struct Budget {
     /// Rms error of all starts with an axis, in degrees.
     pub rms_deg: Estimate,
-    /// Contribution of each source, in the order of the sources given.
+    /// Contribution of each source, in the order in which the sources were given.
     pub items: Vec<Item>,
     /// Contribution of the method itself.
     pub method: Own,
-    /// Share of the mean square that sources cause only by interaction.
+    /// Share of the mean square error that sources cause only by their interaction.
     pub interaction: Estimate,
     /// Number of pairs of starts, see [`PAIRS`].
     pub pairs: u64,
@@ -58,16 +59,16 @@ pub struct Budget {
     pub dropped: u64,
     /// Number of trials in all.
     pub trials: u64,
-    /// Contributions in ranges of the rotor angle of equal width.
+    /// Contributions in each of several ranges of the rotor angle, which have equal widths.
     pub over_angle: Vec<AngleRange>,
 }
 
-/// The method's own error: at each angle, the mean error over all draws.
+/// The method's own error. At each rotor angle, it is the mean of the error over all random draws.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Own {
     /// Rms in degrees of the method's own error alone.
     pub alone_deg: Estimate,
-    /// Rms in degrees of the rest of the error: the error minus its mean at each angle.
+    /// Rms in degrees of the rest of the error, which is the error minus its mean at each angle.
     pub without_deg: Estimate,
     /// The method's own error as a share of the mean square error.
     pub share: Estimate,
@@ -78,13 +79,13 @@ pub struct Own {
 pub struct Item {
     /// The source of error.
     pub source: Source,
-    /// Rms error in degrees with this source alone, all others at their means.
+    /// Rms error in degrees if only this source acts and all other sources are at their means.
     pub alone_deg: Estimate,
     /// Rms error in degrees without this source.
     pub without_deg: Estimate,
-    /// First-order index: the source's share of the mean square by itself.
+    /// First-order index: the share of the mean square error that the source causes by itself.
     pub share: Estimate,
-    /// Total index: the source's share of the mean square, all its interactions included.
+    /// Total index: the share of the mean square error that the source causes by itself and by all its interactions.
     pub total: Estimate,
 }
 
@@ -93,11 +94,11 @@ pub struct Item {
 pub struct AngleRange {
     /// Middle of the range in electrical degrees.
     pub angle_deg: f64,
-    /// Mean squares in degrees²: of the whole error, of the method's own error, and of each source by itself.
+    /// Mean squares in degrees² of the whole error, of the method's own error, and of the error that each source causes by itself.
     pub squares: Squares,
 }
 
-/// Error of a budget for which too few pairs remain: in the others, at least one start has no axis.
+/// Error of a budget: too few pairs have an axis in all their starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooFew {
     /// Number of pairs of starts.
@@ -113,12 +114,13 @@ pub const fn trials(pairs: u64, sources: usize) -> u64 {
     pairs * (2 + 3 * sources as u64)
 }
 
-/// Errors in degrees of the starts of a sample, in order; none for a start without an axis.
+/// Errors in degrees of the starts of a sample, in the order of the starts. None for a start without an axis.
 type Errors = Vec<Option<f64>>;
 
 impl Budget {
     /// Divides the mean square error among the scenario's sources of error. Rotor angles are spread evenly over the turn, unless the
-    /// scenario sets an angle. The inner error: too few pairs have an axis in all their starts; the computation ends as soon as this shows.
+    /// scenario sets an angle. The inner result is an error if too few pairs have an axis in all their starts. The computation then ends as
+    /// soon as this shows.
     ///
     /// # Errors
     /// A drawn value is invalid, or the computation was interrupted.
@@ -190,7 +192,7 @@ impl Budget {
     }
 }
 
-/// Returns the mean squares for each part of the turn. Of n pairs, pair k (from 0) has the rotor angle 360° (k + 1/2)/n.
+/// Returns the mean squares for each part of the turn. Pair k of n pairs, counted from 0, has the rotor angle 360° (k + 1/2)/n.
 fn over_angle(tuples: &[Option<Tuple>], sources: usize) -> Vec<AngleRange> {
     let has_enough = |parts: &usize| tuples.len() >= IN_PART * parts;
     let parts = PARTS.into_iter().find(has_enough).unwrap_or(PARTS[PARTS.len() - 1]);
@@ -221,7 +223,8 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Returns errors and starts of one of the two samples. Both samples have the same angles and no other draws in common.
+    /// Returns the errors and starts of one of the two samples. Both samples have the same rotor angles, but no other random draws in
+    /// common.
     fn sample(&self, pairs: u64, sample: u64) -> Result<(Errors, Vec<Start>), Halt<FileError>> {
         let seed = self.trials.scenario().seed;
         let start = |k: u64| {
@@ -237,7 +240,7 @@ impl Bench<'_> {
         self.run((0..pairs).map(start).collect())
     }
 
-    /// Returns the errors of starts, computed in blocks: an interruption loses one block at most.
+    /// Returns the errors of starts. They are computed in blocks, so an interruption loses at most one block.
     fn errors(
         &self,
         key: &str,
@@ -254,7 +257,8 @@ impl Bench<'_> {
         Ok(all)
     }
 
-    /// Returns the errors, and the starts with the draws that the trials read. Starts with the same code offset run side by side.
+    /// Runs the starts, and returns their errors and the starts with the draws that the trials read. Starts with the same code offset run
+    /// side by side.
     fn run(&self, mut starts: Vec<Start>) -> Result<(Errors, Vec<Start>), Halt<FileError>> {
         let mut groups: Vec<(Codes, Vec<usize>, Vec<Tape>)> = Vec::new();
         for (k, start) in starts.iter_mut().enumerate() {

@@ -10,7 +10,7 @@ use standstill_sim::{NoProbe, RunError, run};
 
 use crate::bound::{Bound, BoundError, Bounds, Counted};
 
-/// Result of one method with one state of the rotor and one set of errors: a row of the comparison.
+/// One row of the comparison: the result of one method with one state of the rotor and one set of errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
     /// Name of the method or of the library.
@@ -23,30 +23,30 @@ pub struct Entry {
     pub summary: Summary,
     /// Mean energy in J that a detection takes from the DC link.
     pub energy_j: f64,
-    /// The Cramér–Rao limit as rms over the angles; none if it was not requested or does not exist.
+    /// Cramér–Rao limit as rms over the rotor angles. None if the limit was not requested or does not exist.
     pub bound: Option<Bound>,
-    /// Reason why a requested limit does not exist: the simulation that failed.
+    /// Error of the simulation that failed, which is why a requested limit does not exist.
     pub no_bound: Option<RunError>,
 }
 
 /// Rms error in degrees of an axis drawn at random.
 const RANDOM_AXIS: f64 = 51.961_524_227_066_32;
 
-/// Returns the Cramér–Rao limit if it is informative, both in degrees. None if it is not a number, or larger than 52°, the rms error of a
-/// random axis: the limit is valid only for small errors, and grows without bound if a detection gives up before its readings determine the
+/// Returns the Cramér–Rao limit in degrees if it is informative. None if it is not a number or is larger than 52°, the rms error of a
+/// random axis. The limit is valid only for small errors. It grows without bound if a detection gives up before its readings determine the
 /// angle.
 pub fn informative(limit: f64) -> Option<f64> {
     (limit <= RANDOM_AXIS).then_some(limit)
 }
 
 impl Entry {
-    /// Returns the Cramér–Rao limit of the samples that the method takes, in degrees; none if there is no [`informative`] limit.
+    /// Returns the Cramér–Rao limit in degrees for the samples that the method takes. None if there is no [`informative`] limit.
     pub fn limit(&self) -> Option<f64> {
         informative(self.bound?.scheme_deg)
     }
 
-    /// Returns the Cramér–Rao limit divided by the measured rms error: 1 for an efficient method. None without a limit, without noise, and
-    /// for methods whose answers are sectors.
+    /// Returns the Cramér–Rao limit divided by the measured rms error, which is 1 for an efficient method. None without a limit, without
+    /// noise, or if the method's answers are sectors.
     pub fn efficiency(&self) -> Option<f64> {
         if self.summary.sectors.is_some() {
             return None;
@@ -59,8 +59,7 @@ impl Entry {
 /// Largest number of trials over which the mean energy is computed.
 const ENERGY_TRIALS: u64 = 8;
 
-/// Returns the mean energy in J that a detection takes from the DC link, over the first few trials. NaN if no trial
-/// ends.
+/// Returns the mean energy in J that a detection takes from the DC link, over the first few trials. NaN if no trial reaches its end.
 ///
 /// # Errors
 /// The method cannot work with its settings.
@@ -78,8 +77,8 @@ pub fn mean_energy(scenario: &Scenario<Method<f64>>, trials: u64) -> Result<f64,
 }
 
 impl Bound {
-    /// Computes the limit as [`Self::of`] does. If a simulation fails, the second value has the reason: the limit is computed with nominal
-    /// plants, whose currents may leave the motor's flux map even if those of the trials do not.
+    /// Computes the limit like [`Self::of`]. If a simulation fails, the second value is the reason. The limit is computed with nominal
+    /// plants, whose currents may leave the motor's flux map even if the currents of the trials do not.
     ///
     /// # Errors
     /// Errors of [`Self::of`], except for a simulation that failed.
@@ -94,8 +93,8 @@ impl Bound {
         }
     }
 
-    /// Computes the bounds at this number of rotor angles, evenly spaced over the turn, and returns their rms. None if the method turns the
-    /// rotor.
+    /// Computes the bounds at this number of rotor angles, evenly spaced over the turn, and returns the rms of these bounds. None if the
+    /// method turns the rotor.
     ///
     /// # Errors
     /// The detector cannot work with its settings, or a plant cannot be simulated.
@@ -105,8 +104,8 @@ impl Bound {
 }
 
 impl<'a> Bounds<'a, Method<f64>> {
-    /// Sets up the bounds of a scenario's method. For a method with line pulses only these pulses count: its polarity test comes after the
-    /// axis is known.
+    /// Sets up the bounds of a scenario's method. If the method has line pulses, only these pulses count, because the axis is known before
+    /// the polarity test begins.
     pub fn of_method(scenario: &'a Scenario<Method<f64>>) -> Self {
         let counted = if scenario.detector.has_line_pulses() { Counted::BeforePwm } else { Counted::All };
         // Without noise an adaptive method would stop too early.

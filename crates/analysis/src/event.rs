@@ -11,21 +11,21 @@ use standstill_scenario::{Record, Verdict, nearest};
 use standstill_sim::Ended;
 use thiserror::Error;
 
-/// An outcome of a start whose probability can be computed. Angles are in degrees, currents in A.
+/// A possible outcome of a simulated motor start. Its probability can be computed. Angles are in degrees, currents in A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// The detector found the wrong pole.
     WrongPole,
-    /// The readings favour the wrong pole, whether or not their evidence suffices for a decision.
+    /// The readings favour the wrong pole. Their evidence need not suffice for a decision.
     WrongEvidence,
-    /// The axis error exceeds this bound in degrees; if the answer is a sector, the error counts from the sector's
-    /// border. Starts without an axis count neither as this event nor as `undetermined`.
+    /// The axis error exceeds this bound in degrees. If the answer is a sector, the error is measured from the sector's border. Starts
+    /// without an axis count neither as this event nor as `undetermined`.
     Error(f64),
-    /// The detector found an axis without a pole.
+    /// The detector found an axis, but could not decide on the pole.
     Undetermined,
-    /// The detector gave up without an angle.
+    /// The detector gave up and found no angle.
     Failed,
-    /// The rotor moved further than this from its initial angle, in electrical degrees.
+    /// The rotor moved away from its initial angle by more than this many electrical degrees.
     Moved(f64),
     /// A phase current exceeded this value in A.
     PeakCurrent(f64),
@@ -36,18 +36,18 @@ pub enum Event {
 #[error("`{text}` is no event{wrong}")]
 pub struct EventError {
     text: String,
-    /// Reason, and the texts that are allowed: the end of the message.
+    /// End of the error message: the reason, and the texts that are allowed.
     wrong: String,
 }
 
-/// Names of the events without a bound.
+/// Names of the events that have no bound.
 const NAMES: [(&str, Event); 4] = [
     ("wrong-pole", Event::WrongPole),
     ("wrong-evidence", Event::WrongEvidence),
     ("undetermined", Event::Undetermined),
     ("failed", Event::Failed),
 ];
-/// Names of the quantities that need a bound to make an event.
+/// Names of the quantities that define an event together with a bound.
 const QUANTITIES: [&str; 3] = ["|e|", "moved", "peak_current"];
 
 impl FromStr for Event {
@@ -79,7 +79,7 @@ impl FromStr for Event {
     }
 }
 
-/// Upper limit of the bounds for movement and current; real values never reach it.
+/// Largest bound allowed for movement and current. Real values never reach it.
 const MOST: f64 = 1e6;
 
 /// Allowed bounds of each quantity, for messages.
@@ -88,7 +88,7 @@ const ERRORS: &str =
 const MOVEMENTS: &str = "an electrical angle from 0 deg to less than 1000000 deg, such as `1 deg`";
 const CURRENTS: &str = "a current from 0 A to less than 1000000 A, such as `8 A` or `800 mA`";
 
-/// Parses a bound with its unit. The error is the text that was found instead, as messages quote it.
+/// Parses a bound with its unit. The error contains the text that was found instead, as messages quote it.
 pub(crate) fn bound<U: Unit>(text: &str, allowed: impl RangeBounds<f64>) -> Result<f64, String> {
     let bare = split(text).1.is_empty();
     let value = text.parse::<Quantity<U>>().ok().map(Quantity::value);
@@ -110,14 +110,14 @@ impl fmt::Display for Event {
     }
 }
 
-/// Largest value of [`Event::value`] for a start outside the event.
+/// Largest value of [`Event::value`] for a start in which the event did not happen.
 const OUTSIDE: f64 = 0.0;
-/// Smallest value of [`Event::value`] for a start in the event.
+/// Smallest value of [`Event::value`] for a start in which the event happened.
 const INSIDE: f64 = f64::MIN_POSITIVE;
 
 impl Event {
-    /// Returns the name of the order parameter, which rises as a start comes nearer to the event; `in_sectors`: whether
-    /// answers are sectors.
+    /// Returns the name of the order parameter. This quantity rises as a start comes nearer to the event. `in_sectors` is true if answers
+    /// are sectors.
     pub const fn order_parameter(self, in_sectors: bool) -> &'static str {
         match self {
             Self::WrongPole => {
@@ -137,8 +137,7 @@ impl Event {
         }
     }
 
-    /// Returns true if the event is about poles. No start of a motor without a magnet ends with it: such a motor has no
-    /// pole that could be wrong or left open.
+    /// Returns true if the event is about poles. It cannot happen to a motor without a magnet, which has no poles.
     ///
     /// ```
     /// use standstill_analysis::Event;
@@ -157,8 +156,8 @@ impl Event {
         }
     }
 
-    /// Returns the order parameter less its bound: above zero exactly if the event happened; otherwise zero or negative, and the more
-    /// negative, the further the start was from the event. Minus infinity if nothing shows the distance.
+    /// Returns the order parameter minus its bound. The value is above zero if the event happened, and zero or negative if it did not. A
+    /// more negative value means that the start was further from the event. Minus infinity if nothing shows the distance.
     pub fn value(self, record: &Record) -> f64 {
         let Ended::Outcome(outcome) = record.run.ended else { return f64::NEG_INFINITY };
         let run = &record.run;
@@ -187,14 +186,14 @@ impl Event {
     }
 }
 
-/// Returns the magnitude of the axis error in degrees, less half the width of a sector that the answer names. The value
-/// is negative inside the sector and rises towards its border.
+/// Returns the magnitude of the axis error in degrees. If the answer is a sector, half the width of the sector is subtracted: the value is
+/// then negative inside the sector and rises towards its border.
 fn beyond_sector(record: &Record) -> Option<f64> {
     Some(record.axis_error_deg()?.abs() - record.half_sector_deg().unwrap_or(0.0))
 }
 
-/// Limits the distance from an event to the sign that agrees with the outcome: above zero if the event happened, else zero or less.
-/// Infinite if the distance is unknown.
+/// Makes the sign of `distance` agree with the outcome. Returns a value above zero if the event happened, and zero or less if it did not.
+/// The value is infinite if the distance is unknown.
 fn beyond(happened: bool, distance: Option<f64>) -> f64 {
     match (happened, distance) {
         (true, distance) => distance.unwrap_or(f64::INFINITY).max(INSIDE),
@@ -202,8 +201,8 @@ fn beyond(happened: bool, distance: Option<f64>) -> f64 {
     }
 }
 
-/// Returns the evidence for the wrong pole, and the evidence that a decision needs, both in standard deviations; none if the method reports
-/// no evidence. `north`: true angle of the magnet's north pole in rad.
+/// Returns the evidence for the wrong pole and the evidence that a decision needs, both in standard deviations. None if the method reports
+/// no evidence. `north` is the true angle of the magnet's north pole in rad.
 pub(crate) fn evidence(outcome: &Outcome<f64>, north: f64) -> Option<(f64, f64)> {
     let right = outcome.evidence_for(Angle::from_radians(north))?;
     let PoleEvidence { needed, .. } = outcome.findings().pole_evidence?;

@@ -14,41 +14,41 @@ use crate::budget::{Source, lengths};
 use crate::trials::Codes;
 use crate::{Halt, Trials, Watch};
 
-/// An error that the trial drew, and the result of the trial without this error.
+/// A random error of a trial, and the result of the same trial without this error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cause {
     /// Name of the error, such as `gain of b`.
     pub name: String,
     /// Key that sets the spread of the error.
     pub key: String,
-    /// Value drawn, in standard deviations of its distribution. None for an error with several draws.
+    /// Drawn value of the error, in standard deviations of its distribution. None for an error that has several draws.
     pub drawn: Option<f64>,
-    /// Record of the trial with this error at its mean and all other draws unchanged.
+    /// Record of the trial with this error at its mean and all other draws as before.
     pub without: Record,
-    /// Increase of the axis error in degrees due to this error, averaged over the converter's rounding, with its 95 % interval;
-    /// none if one of the trials has no axis.
+    /// Increase of the axis error in degrees due to this error, with its 95 % interval. It is averaged over the converter's rounding. None
+    /// if one of the trials has no axis.
     pub part_deg: Option<Estimate>,
-    /// True if the increase may be due to the converter's rounding.
+    /// True if the converter's rounding may explain the increase.
     pub within_rounding: bool,
 }
 
-/// A trial, and the errors that explain its end.
+/// A trial, and the random errors that explain its result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Explained {
     /// Record of the trial.
     pub record: Record,
-    /// Standard deviation in degrees of the trial's axis error over the offsets of the converter's codes; none without a
-    /// converter.
+    /// Standard deviation in degrees of the trial's axis error, caused by the converter's rounding: it is taken over different offsets of
+    /// the codes. None without a converter.
     pub rounding_deg: Option<f64>,
-    /// Errors that the trial drew, sorted by their effect on its end, the largest first.
+    /// Random errors of the trial, sorted by their effect on the result, the largest effect first.
     pub causes: Vec<Cause>,
-    /// Record of the trial with all errors at their means: it shows the method's own error at this angle.
+    /// Record of the trial with all errors at their means. It shows the method's own error at this angle.
     pub without_all: Record,
-    /// All draws of the trial.
+    /// All random draws of the trial.
     pub tape: Tape,
 }
 
-/// Returns all sources of error, and their parts with their names: the single errors that are set to their means one at a time.
+/// Returns all sources of error, and all parts of these sources with their names. A part is a single error, which can be set to its mean.
 fn parts(trials: &Trials<'_>) -> (Vec<Source>, Vec<(String, Source)>) {
     let sources = Source::drawn(trials);
     let parts = sources.iter().flat_map(|source| source.parts(&trials.scenario().faults)).collect();
@@ -56,14 +56,14 @@ fn parts(trials: &Trials<'_>) -> (Vec<Source>, Vec<(String, Source)>) {
 }
 
 impl Explained {
-    /// Returns the number of trials that an explanation takes. There is the trial itself, and for each offset of the
-    /// codes there are the trial as it was, the trial without each of its errors, and the trial without any error.
+    /// Returns the number of trials that an explanation takes. One is the trial itself. For each offset of the codes, further trials are
+    /// run: the trial unchanged, the trial without each of its errors, and the trial without any error.
     pub fn runs(trials: &Trials<'_>) -> u64 {
         let places = if trials.have_converters() { u64::from(PLACES) } else { 1 };
         1 + places * (parts(trials).1.len() as u64 + 2)
     }
 
-    /// Explains trial number `trial` of the seed `seed`.
+    /// Explains the trial with the number `trial` and the seed `seed`.
     ///
     /// # Errors
     /// A drawn value is invalid, or the computation was interrupted.
@@ -102,10 +102,11 @@ impl Explained {
     }
 }
 
-/// Number of offsets of the codes that are tried, a sixteenth of an LSB apart.
+/// Number of offsets of the codes that are tried. They are a sixteenth of an LSB apart.
 const PLACES: u32 = 16;
 
-/// Returns, for each tape, its records with the codes shifted by each offset except zero; no records for a scenario without converters.
+/// Returns the records of each tape with the codes shifted by each offset except zero. There are no records for a scenario without
+/// converters.
 fn shifted(
     trials: &Trials<'_>,
     tapes: &[Tape],
@@ -123,13 +124,13 @@ fn shifted(
     Ok(all)
 }
 
-/// Returns the end of a trial: its verdict, and whether the pole was right.
+/// Returns how a trial ended: its verdict, and true if the pole was right. The second value is none if no pole was found.
 fn end(record: &Record) -> (Verdict, Option<bool>) {
     (record.verdict(), record.pole_correct())
 }
 
-/// Returns the difference between the axis errors of a trial with and without one of its errors, and whether rounding
-/// may explain the difference. The first pair of records has the original codes, the others have shifted codes.
+/// Returns the difference between the axis errors of a trial with and without one of its errors, and true if rounding may explain this
+/// difference. The records `as_it_was` have the original codes, the records `shifted` have shifted codes.
 fn compared(as_it_was: [&Record; 2], shifted: [&[Record]; 2]) -> (Option<Estimate>, bool) {
     let pairs = || std::iter::once(as_it_was).chain(shifted[0].iter().zip(shifted[1]).map(|(a, b)| [a, b]));
     let count = 1 + shifted[0].len();
@@ -145,14 +146,14 @@ fn compared(as_it_was: [&Record; 2], shifted: [&[Record]; 2]) -> (Option<Estimat
     (part, within)
 }
 
-/// Returns the angle in degrees from axis `from` to axis `to`, in (−90, 90]°.
+/// Returns the angle in degrees from axis `from` to axis `to`, in the range (−90, 90]°.
 fn turn(to: f64, from: f64) -> f64 {
     let turn = (to - from).rem_euclid(180.0);
     if turn > 90.0 { turn - 180.0 } else { turn }
 }
 
-/// Returns the mean turn in degrees, in (−90, 90]°, with its 95 % interval, whose ends may lie outside this range. The
-/// interval of a single turn has no width.
+/// Returns the mean of the turns in degrees, in the range (−90, 90]°, with its 95 % interval. The ends of the interval may lie outside this
+/// range. The interval of a single turn has no width.
 fn mean(turns: &[f64]) -> Estimate {
     let (value, deviation) = spread(turns);
     let count = turns.len() as f64;
@@ -160,8 +161,8 @@ fn mean(turns: &[f64]) -> Estimate {
     Estimate { value, low: value - half, high: value + half }
 }
 
-/// Returns mean and standard deviation of turns of an axis in degrees. Turns just below 90° and just above −90° are
-/// neighbours, so deviations are counted from the circular mean.
+/// Returns the mean and the standard deviation of turns of an axis in degrees. Deviations are counted from the circular mean, because turns
+/// just below 90° and just above −90° are neighbours.
 fn spread(turns: &[f64]) -> (f64, f64) {
     let count = turns.len() as f64;
     let sum = |of: fn(f64) -> f64| turns.iter().map(|turn| of((2.0 * turn).to_radians())).sum::<f64>();
@@ -172,14 +173,14 @@ fn spread(turns: &[f64]) -> (f64, f64) {
     (turn(middle + mean, 0.0), (squares / (count - 1.0)).sqrt())
 }
 
-/// Returns the standard deviation of the axis errors in degrees; none for fewer than two.
+/// Returns the standard deviation of the axis errors in degrees. None for fewer than two axis errors.
 fn scatter(records: &[Record]) -> Option<f64> {
     let errors: Vec<f64> = records.iter().filter_map(Record::axis_error_deg).collect();
     (errors.len() > 1).then(|| spread(&errors).1)
 }
 
-/// Returns a cause's effect on the end of the trial, by which causes are sorted: the difference of the axis errors in
-/// degrees. If the trial ends in another way without the cause, returns 1000, which is above any axis error.
+/// Returns the effect of a cause on the trial's result, by which causes are sorted. It is the difference of the axis errors in degrees. If
+/// the trial ends in another way without the cause, it is 1000, which is above any axis error.
 fn apart(record: &Record, cause: &Cause) -> f64 {
     if end(record) != end(&cause.without) {
         return 1000.0;
@@ -191,7 +192,7 @@ fn apart(record: &Record, cause: &Cause) -> f64 {
 mod tests {
     use super::*;
 
-    /// Returns the record of a start whose detector requires at least this saliency.
+    /// Returns the record of a start with a detector that requires at least this saliency.
     fn ended(least_saliency: f64) -> Record {
         let text = format!(
             "motor = \"paper-5k5\"\nerrors = \"none\"\n[detector]\nmethod = \"line-inductance-fast\"\n\

@@ -29,7 +29,7 @@ use standstill_odds::kept;
 /// Number of trials that a thread runs at a time.
 const AT_ONCE: u64 = 64;
 
-/// Largest error, movement and current of an acceptable start.
+/// Largest error, movement and current of an acceptable simulated motor start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Allowed {
     /// Largest error of the angle in degrees.
@@ -41,8 +41,8 @@ pub struct Allowed {
 }
 
 impl Allowed {
-    /// Makes the limits by which a scenario's faults are judged: the scenario's `limit` of the error, or 2° without
-    /// one; the movement that `check` allows; and rated current.
+    /// Makes the limits for a scenario. The error is limited by the scenario's `limit`, or to 2° if the scenario has none. The movement is
+    /// limited as in `check`. The current is limited to the rated current.
     pub fn of(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> Self {
         Self {
             error_deg: file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value),
@@ -51,8 +51,8 @@ impl Allowed {
         }
     }
 
-    /// Returns the error in degrees of a dangerous answer: beyond the allowed error, or with the wrong pole. None if the start has no
-    /// dangerous answer.
+    /// Returns the error in degrees of a dangerous answer, which has the wrong pole or is beyond the allowed error. None if the start has
+    /// no dangerous answer.
     pub(crate) fn danger(&self, record: &Record) -> Option<f64> {
         let miss = record.miss_deg()?;
         let wrong = record.pole_correct() == Some(false) || miss.abs() > self.error_deg;
@@ -60,13 +60,13 @@ impl Allowed {
     }
 }
 
-/// Returns true if the drive's trip ended the start.
+/// Returns true if the drive's overcurrent trip ended the start.
 fn has_tripped(record: &Record) -> bool {
     matches!(record.run.ended, Ended::Error(RunError::Overcurrent { .. }))
 }
 
-/// Returns true if the start ended without an answer, which shows that something is wrong. A simulation that could not
-/// continue does not count as detected.
+/// Returns true if the start ended without an answer, which shows that something is wrong. Returns false if the simulation could not
+/// continue.
 pub(crate) fn is_detected(record: &Record) -> bool {
     match record.verdict() {
         Verdict::Found => false,
@@ -75,8 +75,7 @@ pub(crate) fn is_detected(record: &Record) -> bool {
     }
 }
 
-/// Returns the name of the check that ended a start without an answer. A check has one name, whichever way the rotor
-/// seems to turn.
+/// Returns the name of the check that ended a start without an answer. The check for a turning rotor has one name for both directions.
 fn reason(record: &Record) -> String {
     match record.run.ended {
         _ if has_tripped(record) => "overcurrent".to_owned(),
@@ -87,8 +86,8 @@ fn reason(record: &Record) -> String {
     }
 }
 
-/// Returns the least number n of starts without an event that shows, with 95 % confidence, that the event's probability is at most `most`:
-/// the upper end of the one-sided 95 % interval of none in n is 1 − 0.05^(1/n).
+/// Returns the least number of starts without an event that shows, with 95 % confidence, that the event's probability is at most `most`. If
+/// the event happens in none of n starts, the upper end of its one-sided 95 % interval is 1 − 0.05^(1/n).
 ///
 /// ```
 /// use standstill_analysis::faults::trials_that_show;
@@ -104,11 +103,11 @@ pub fn trials_that_show(most: f64) -> u64 {
 pub struct Worst {
     /// Number of the trial.
     pub trial: u64,
-    /// Error of the start's answer in degrees, with its sign; for a sector, from the sector's border.
+    /// Signed error of the start's answer in degrees. The error of a sector is measured from the sector's border.
     pub error_deg: f64,
 }
 
-/// Counts of the starts with one fault, by how they ended.
+/// Numbers of simulated motor starts with one fault, by how they ended.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     /// Number of starts.
@@ -117,40 +116,39 @@ pub struct Counts {
     pub right: u64,
     /// Number of answers with the right pole whose error is larger than allowed.
     pub beyond: u64,
-    /// Number of answers with the wrong pole, which make the motor start backwards.
+    /// Number of answers with the wrong pole. They make the motor start backwards.
     pub wrong_pole: u64,
-    /// For each reason why a start has no answer, the number of starts.
+    /// Number of starts without an answer, for each reason.
     pub unanswered: BTreeMap<String, u64>,
-    /// Number of unanswered starts that found the axis but not the pole.
+    /// Number of starts without an answer in which the axis was found but not the pole.
     pub undetermined: u64,
-    /// Number of starts that the simulation could not complete; they count neither as answered nor as detected.
+    /// Number of starts that the simulation could not complete. They count neither as answered nor as detected.
     pub errors: u64,
     /// Number of starts whose rotor moved more than allowed.
     pub moved: u64,
-    /// Number of starts with more current than allowed, or in which the drive tripped.
+    /// Number of starts in which the current exceeded the allowed current or the drive tripped.
     pub overcurrent: u64,
-    /// Number of starts whose answer without the method's checks is dangerous: beyond the allowed error, or with the
-    /// wrong pole.
+    /// Number of starts that are dangerous with the method's checks off: their answer is beyond the allowed error or has the wrong pole.
     pub dangerous: u64,
     /// Number of dangerous starts that end without an answer when the method's checks are on.
     pub caught: u64,
-    /// Sum of the durations in s of starts without an answer, which are the times until the fault is noticed.
+    /// Sum of the durations in s of all starts without an answer. The duration of such a start is the time until the fault is noticed.
     pub reaction: f64,
-    /// The longest of these durations in s.
+    /// Longest duration in s of a start without an answer.
     pub longest_reaction: f64,
-    /// Number of starts that end without an answer also when the method's checks are off.
+    /// Number of starts that end without an answer even with the method's checks off.
     pub refused_without: u64,
     /// The dangerous answer with the largest error.
     pub worst: Option<Worst>,
 }
 
 impl Counts {
-    /// Returns the number of starts without an answer.
+    /// Returns the number of starts without an answer, in which the fault is detected.
     pub fn detected(&self) -> u64 {
         self.unanswered.values().sum()
     }
 
-    /// Returns the number of starts with a dangerous answer, although the checks are on.
+    /// Returns the number of starts with a dangerous answer even with the method's checks on.
     pub const fn undetected(&self) -> u64 {
         self.wrong_pole + self.beyond
     }
@@ -165,17 +163,17 @@ impl Counts {
         one_sided_bounds(self.wrong_pole, self.trials)[1]
     }
 
-    /// Returns the share of dangerous starts that the checks catch, with the lower end of its one-sided 95 % interval;
-    /// none if no start is dangerous.
+    /// Returns the share of dangerous starts that the checks catch, with the lower end of its one-sided 95 % interval. None if no start is
+    /// dangerous.
     pub fn coverage(&self) -> Option<Estimate> {
         let value = (self.dangerous > 0).then(|| self.caught as f64 / self.dangerous as f64)?;
         let [low, _] = one_sided_bounds(self.caught, self.dangerous);
         Some(Estimate { value, low, high: 1.0 })
     }
 
-    /// Returns the share that ends without an answer of all starts which the fault harms: those without an answer, and those with a dangerous
-    /// one although the checks are on. With the lower end of its one-sided 95 % interval; none if the fault harms no start. Unlike
-    /// [`coverage`](Self::coverage), it counts what a method refuses even with its checks off.
+    /// Returns the share of starts without an answer among the starts that the fault harms, with the lower end of its one-sided 95 %
+    /// interval. The fault harms starts without an answer and starts with a dangerous answer despite the checks. None if it harms no start.
+    /// Unlike [`coverage`](Self::coverage), this share includes starts that a method refuses even with its checks off.
     pub fn refused_share(&self) -> Option<Estimate> {
         let harmed = self.detected() + self.undetected();
         let value = (harmed > 0).then(|| self.detected() as f64 / harmed as f64)?;
@@ -183,17 +181,18 @@ impl Counts {
         Some(Estimate { value, low, high: 1.0 })
     }
 
-    /// Returns the number of starts that end without an answer for one of these reasons.
+    /// Returns the number of starts without an answer for one of these reasons.
     pub fn ended_by(&self, reasons: &[&str]) -> u64 {
         self.unanswered.iter().filter(|(reason, _)| reasons.contains(&reason.as_str())).map(|(_, n)| n).sum()
     }
 
-    /// Returns the mean time in s after which starts end without an answer; none if all starts have an answer.
+    /// Returns the mean duration in s of the starts without an answer. None if all starts have an answer.
     pub fn mean_reaction(&self) -> Option<f64> {
         (self.detected() > 0).then(|| self.reaction / self.detected() as f64)
     }
 
-    /// Adds a start. `with`: its record with the method's checks on; `without`: its record with the checks off, if they were run.
+    /// Adds a start. `with` is the start's record with the method's checks on. `without` is its record with the checks off, if that trial
+    /// was run.
     fn add(&mut self, with: &Record, without: Option<&Record>, allowed: Allowed) {
         self.trials += 1;
         let tripped = has_tripped(with);
@@ -256,11 +255,11 @@ impl Counts {
     }
 }
 
-/// Key by which the checks of a method are switched off.
+/// Key that switches the checks of a method on or off.
 pub const CHECKS: &str = "detector.checks";
 
-/// Runs the trials of a fault with the method's checks and, if there is a plan `without` them, with the checks off. `name` is the key under
-/// which an interrupted study keeps its counts.
+/// Runs the trials of a fault with the method's checks on. If there is a plan `without` checks, runs the same trials with the checks off
+/// too. An interrupted study keeps its counts under the key `name`.
 ///
 /// # Errors
 /// A trial cannot be run, or the computation was interrupted.
@@ -288,9 +287,9 @@ pub fn study(
     )
 }
 
-/// Runs trials of a plan in blocks of `at_once`, side by side, and the same trials of the plan `without` checks, if there is one. Returns
-/// the result of `of` for each block. The arguments of `of` are the records of both plans in the order of the trials; the second list is
-/// empty if there is no second plan.
+/// Runs trials of a plan in parallel blocks of `at_once` trials, and the same trials of the plan `without` checks, if there is one. Returns
+/// the result of `of` for each block. The arguments of `of` are the records of the two plans in the order of the trials. Its second
+/// argument is empty if there is no second plan.
 ///
 /// # Errors
 /// A trial cannot be run, or the computation was interrupted.
@@ -320,7 +319,7 @@ pub(crate) fn in_blocks<T: Send>(
     in_parallel((0..(trials.end - trials.start).div_ceil(at_once)).collect(), &block)
 }
 
-/// Returns the records of these trials at the first point of a plan, in their order.
+/// Returns the records of these trials at the first point of a plan, in the order of the trials.
 pub(crate) fn records(
     plan: &Plan,
     scenario: &Scenario<Method<f64>>,

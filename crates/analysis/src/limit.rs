@@ -13,22 +13,21 @@ use standstill_scenario::{Record, Verdict as Ending};
 pub use self::read::{LimitError, MeasureError};
 use crate::bracket::{Look, forecast_trials};
 
-/// A measure that can be limited. Starts without an answer, undetermined or failed, count against every measure: as an axis error
-/// of 90° in the rms, as an error beyond every bound, as a wrong pole, and as infinite movement, duration and current.
+/// A measure that can be limited. Simulated motor starts without an answer (undetermined or failed) count against every measure. They count
+/// as an axis error of 90° in the rms, as an error beyond every bound, as a wrong pole, and as infinite movement, duration and current.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
-    /// Root mean square of the axis error in degrees. If answers are sectors, this and all other error measures count
-    /// the error from the sector's border.
+    /// Root mean square of the axis error in degrees. If answers are sectors, all error measures count the error from the sector's border.
     Rms,
     /// 95th percentile of the magnitude of the axis error in degrees.
     P95,
     /// 99th percentile of the magnitude of the axis error in degrees.
     P99,
-    /// Probability that the error of the angle, wrong poles included, exceeds this bound in degrees.
+    /// Probability that the error of the angle exceeds this bound in degrees. A wrong pole counts as an error of the angle.
     Beyond(f64),
     /// Share of starts with a wrong pole.
     WrongPoles,
-    /// Share of starts without an answer, undetermined or failed.
+    /// Share of starts without an answer, which are undetermined or failed.
     Unanswered,
     /// 99th percentile of the rotor's movement in electrical degrees.
     Moved,
@@ -45,7 +44,7 @@ pub enum Measure {
 pub struct Limit {
     /// The measure.
     pub measure: Measure,
-    /// Largest allowed value, in the unit of the measure: degrees, a share, s or A.
+    /// Largest allowed value in the unit of the measure, which is degrees, s, A, or none for a share.
     pub most: f64,
 }
 
@@ -53,8 +52,8 @@ pub struct Limit {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits(pub Vec<Limit>);
 
-/// Names of the measures that need no number. A measure is written with its first name; `undetermined` and `failed` are
-/// names of earlier versions.
+/// Names of the measures that need no number. The first name of a measure is the one that is written. The names `undetermined` and `failed`
+/// come from earlier versions.
 const NAMES: [(&str, Measure); 10] = [
     ("rms", Measure::Rms),
     ("p95", Measure::P95),
@@ -68,12 +67,13 @@ const NAMES: [(&str, Measure); 10] = [
     ("peak_current", Measure::PeakCurrent),
 ];
 
-/// Largest distance from an answer ([`distance`]) of a start with an axis but no pole. A start without an axis is further away.
+/// Largest distance from an answer ([`distance`]) for a start with an axis but no pole. For a start without an axis, the distance is
+/// larger.
 const FAR: f64 = 10.0;
 
-/// Returns how far a start is from an answer: the logarithm of the factor by which its evidence falls short. For a
-/// start with an axis this is the evidence for the pole. For a start without an axis it is the quantity that the failed
-/// check requires, such as the spread of the inductances over the angle. 0 for a start with an answer.
+/// Returns a start's distance from an answer. It is the logarithm of the factor by which the start's evidence falls short, and 0 for a
+/// start with an answer. For a start with an axis, the evidence is that for the pole. For a start without an axis, it is the quantity that
+/// the failed check requires, such as the spread of the inductances over the angle.
 fn distance(record: &Record) -> f64 {
     let lacks = |factor: f64| if factor.is_nan() { FAR } else { ln(factor).clamp(0.0, FAR) };
     let findings = record.findings();
@@ -99,7 +99,7 @@ impl fmt::Display for Measure {
 }
 
 impl Measure {
-    /// Returns the symbol of the measure's unit; none for shares.
+    /// Returns the symbol of the measure's unit. None for measures without a unit, such as shares.
     pub const fn unit(self) -> Option<&'static str> {
         match self {
             Self::Rms | Self::P95 | Self::P99 | Self::Moved => Some("deg"),
@@ -109,8 +109,8 @@ impl Measure {
         }
     }
 
-    /// Returns the contribution of a start to the measure, in the measure's unit; 0 or 1 for a share. It is infinite for a start without an
-    /// answer, except for the distance.
+    /// Returns the contribution of a start to the measure, in the measure's unit. For a share it is 0 or 1. For a start without an answer
+    /// it is infinite, except for the distance.
     fn of(self, record: &Record) -> f64 {
         let answered = record.verdict() == Ending::Found;
         // Whatever is measured: infinite without an answer.
@@ -130,8 +130,8 @@ impl Measure {
     }
 
     /// Estimates the measure from the contributions of the starts, for a search that compares settings on common random numbers. The
-    /// interval of a root mean square then covers only the observed errors, not starts without an answer that are possible but were not
-    /// observed.
+    /// interval of a root mean square then covers only the observed errors. It does not cover starts without an answer that are possible
+    /// but were not observed.
     pub(crate) fn seen(self, values: Vec<f64>) -> Estimate {
         if self == Self::Rms { rms::seen(&values) } else { self.estimate(values) }
     }
@@ -142,8 +142,8 @@ impl Measure {
         self.estimates(values, &[count])[0]
     }
 
-    /// Estimates the measure from the contributions of the starts, with the 95 % interval that it would have after each of these numbers of
-    /// similar trials.
+    /// Estimates the measure from the contributions of the starts. Returns one estimate for each number in `trials`, with the 95 % interval
+    /// that it would have after this number of similar trials.
     fn estimates(self, mut values: Vec<f64>, trials: &[f64]) -> Vec<Estimate> {
         let mut quantiles = |share: f64| {
             values.sort_by(f64::total_cmp);
@@ -167,8 +167,8 @@ impl Measure {
         }
     }
 
-    /// Returns the measure over the starts with an answer, from the contributions of all starts. It is over all starts if no start has an
-    /// answer, or if the measure is the share of starts without an answer.
+    /// Computes the measure from the starts with an answer only. `values` are the contributions of all starts. All starts count if none of
+    /// them has an answer, or if the measure is the share of starts without an answer.
     fn answered(self, values: &[f64]) -> f64 {
         let answered: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
         if answered.is_empty() || self == Self::Unanswered {
@@ -185,8 +185,8 @@ fn share(count: usize, all: usize, trials: f64) -> Estimate {
     Estimate { value, low: found.low.min(value), high: found.high.max(value) }
 }
 
-/// Returns the quantile `share` (such as 0.95) of sorted non-negative values, with the 95 % interval that it would have after `trials`
-/// similar trials.
+/// Returns the quantile of sorted non-negative values, with the 95 % interval that it would have after `trials` similar trials. `share`
+/// selects the quantile, such as 0.95.
 fn quantile(values: &[f64], share: f64, trials: f64) -> Estimate {
     let count = values.len() as f64;
     let [value, ..] = quantile_ranks(share, values.len() as u64);
@@ -203,14 +203,14 @@ fn quantile(values: &[f64], share: f64, trials: f64) -> Estimate {
 }
 
 impl Limits {
-    /// Returns the limits, plus an infinite limit on another measure, so that this measure is computed too.
+    /// Returns the limits with one more: an infinite limit on another measure, so that this measure is computed too.
     pub(crate) fn and(&self, measure: Measure) -> Self {
         let more = Limit { measure, most: f64::INFINITY };
         Self(self.0.iter().copied().chain([more]).collect())
     }
 
-    /// Returns the least number of trials that can show that the limits hold: if an event is not observed in n trials,
-    /// its share may still be up to 3.7/n.
+    /// Returns the least number of trials that can show that the limits hold. If an event is not observed in n trials, the share of this
+    /// event may still be up to 3.7/n.
     pub fn least_trials(&self) -> u64 {
         let share = |limit: &Limit| match limit.measure {
             Measure::Rms => rms::share_of(limit.most),
@@ -222,8 +222,8 @@ impl Limits {
     }
 }
 
-/// Limits of which some are relative: `moved <= start, unanswered <= 0.1 %`. Each entry has the measure and its largest allowed value in
-/// the measure's unit; none for a relative limit, whose largest allowed value is the measure at the initial settings.
+/// Limits of which some may be relative, such as `moved <= start, unanswered <= 0.1 %`. Each entry has the measure and its largest allowed
+/// value in the measure's unit. The value is none for a relative limit, which is the measure at the initial settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject(pub Vec<(Measure, Option<f64>)>);
 
@@ -251,7 +251,8 @@ fn joined(f: &mut fmt::Formatter<'_>, limits: impl Iterator<Item = (Measure, Opt
     Ok(())
 }
 
-/// Contributions of the starts to each of several limited measures: for an rms the error of each start, for a share 0 or 1.
+/// Contributions of the starts to each of several limited measures. For an rms, a start contributes its error; for a share, it contributes
+/// 0 or 1.
 #[derive(Clone, Debug)]
 pub struct Tally {
     limits: Limits,
@@ -259,40 +260,40 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Makes a tally without starts.
+    /// Makes a tally that has no starts yet.
     pub fn new(limits: &Limits) -> Self {
         Self { limits: limits.clone(), values: vec![Vec::new(); limits.0.len()] }
     }
 
-    /// Makes a tally from contributions of starts, limit by limit.
+    /// Makes a tally from contributions of starts. `values` has one list for each limit.
     pub(crate) fn of(limits: &Limits, values: Vec<Vec<f64>>) -> Self {
         Self { limits: limits.clone(), values }
     }
 
-    /// Adds a start.
+    /// Adds the contributions of a start.
     pub fn add(&mut self, record: &Record) {
         for (values, limit) in self.values.iter_mut().zip(&self.limits.0) {
             values.push(limit.measure.of(record));
         }
     }
 
-    /// Returns the contributions, limit by limit.
+    /// Returns the contributions as one list for each limit.
     pub(crate) fn into_values(self) -> Vec<Vec<f64>> {
         self.values
     }
 
-    /// Returns the contributions: one list for each limit, with one number for each start, in the measure's unit.
+    /// Returns the contributions as one list for each limit. A list has one number for each start, in the unit of the measure.
     pub fn values(&self) -> &[Vec<f64>] {
         &self.values
     }
 
-    /// Returns the measures in their units with their 95 % intervals, one for each limit.
+    /// Returns an estimate of each limited measure in the measure's unit, with its 95 % interval.
     pub fn estimates(&self) -> Vec<Estimate> {
         let both = self.limits.0.iter().zip(&self.values);
         both.map(|(limit, values)| limit.measure.estimate(values.clone())).collect()
     }
 
-    /// Returns the measures as a search compares them (`Measure::seen`), one for each limit.
+    /// Returns an estimate of each limited measure, as a search compares them (`Measure::seen`).
     pub(crate) fn seen(&self) -> Vec<Estimate> {
         let both = self.limits.0.iter().zip(&self.values);
         both.map(|(limit, values)| limit.measure.seen(values.clone())).collect()
@@ -303,15 +304,16 @@ impl Tally {
         self.values.first().map_or(0, |values| values.len() as u64)
     }
 
-    /// Adds the contributions of further starts, limit by limit.
+    /// Adds the contributions of further starts. `further` has one list for each limit.
     pub(crate) fn extend(&mut self, further: Vec<Vec<f64>>) {
         for (values, more) in self.values.iter_mut().zip(further) {
             values.extend(more);
         }
     }
 
-    /// Returns the ratios of the measures to their limits, with forecasts for more trials. The result counts as clear if a quarter of the
-    /// trials, whose intervals are twice as wide, would already show it surely. If the trials then end, the result is rarely wrong.
+    /// Returns the ratio of each measure to its limit, with forecasts for more trials. The result counts as clear if a quarter of the
+    /// trials would already show it surely, although intervals are then twice as wide. If the trials stop at a clear result, that result is
+    /// rarely wrong.
     pub fn look(&self) -> Look {
         let count = self.count() as f64;
         let then: Vec<f64> =
@@ -335,8 +337,8 @@ impl Tally {
         }
     }
 
-    /// Returns the share of starts without an answer if the root mean square is limited: each such start counts as 90°
-    /// in it. None otherwise.
+    /// Returns the share of starts without an answer if the root mean square is limited, else none. In the root mean square, each start
+    /// without an answer counts as 90°.
     pub fn without_answer(&self) -> Option<Estimate> {
         let number = self.limits.0.iter().position(|limit| limit.measure == Measure::Rms)?;
         Some(rms::without_answer(&self.values[number]))

@@ -7,7 +7,7 @@ mod simulate;
 pub use audit::{Finding, audit};
 pub use simulate::{SimulatedRow, simulate};
 
-/// One row of Table 1 as printed: line inductances and the angle that the paper computed from them.
+/// One row of the paper's Table 1 as printed. It has the line inductances and the angle that the paper computed from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Table1Row {
     /// Line inductances L_AB, L_BC, L_CA in mH.
@@ -16,22 +16,22 @@ pub struct Table1Row {
     pub twice_deg: f64,
 }
 
-/// One row of Table 2 as printed: the polarity test and the error. All angles are electrical.
+/// One row of the paper's Table 2 as printed. It has the polarity test and the error. All angles are electrical.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Table2Row {
     /// The two candidates for the rotor angle in degrees.
     pub candidates_deg: [f64; 2],
-    /// Current i_d in A in response to the voltage vector at each candidate.
+    /// Current i_d in A that the voltage vector causes at each candidate.
     pub current_a: [f64; 2],
-    /// Angle that the paper declares, in degrees.
+    /// Rotor angle in degrees that the paper's method found.
     pub identified_deg: f64,
-    /// Angle of the resolver in degrees.
+    /// Rotor angle in degrees that the paper's resolver measured.
     pub measured_deg: f64,
-    /// Error as printed, in degrees.
+    /// Error of the found angle as printed, in degrees.
     pub error_deg: f64,
 }
 
-/// Table 1 of the paper: line inductances and the angle computed from them.
+/// Table 1 of the paper, with the line inductances and the angle computed from them.
 pub const TABLE_1: [Table1Row; 5] = [
     Table1Row { lines_mh: [33.6, 27.6, 18.8], twice_deg: 83.8 },
     Table1Row { lines_mh: [28.7, 31.3, 22.5], twice_deg: 120.4 },
@@ -48,7 +48,7 @@ const fn row(
     Table2Row { candidates_deg, current_a, identified_deg, measured_deg, error_deg }
 }
 
-/// Table 2 of the paper: polarity test and error, in the order of Table 1's rows.
+/// Table 2 of the paper, with the polarity test and the error. Its rows have the order of Table 1.
 pub const TABLE_2: [Table2Row; 5] = [
     row([41.9, 221.9], [8.17, 7.68], [41.9, 43.2, -1.3]),
     row([60.2, 240.2], [8.14, 8.49], [240.2, 241.6, -1.4]),

@@ -25,18 +25,19 @@ pub use self::not_modelled::NOT_MODELLED;
 use crate::faults::{Allowed, Entry, in_blocks};
 use crate::{Halt, Watch};
 
-/// Number of trials at the first look: after this number the claims are tested for the first time.
+/// Number of trials after which the claims are tested for the first time.
 const FIRST: u64 = 64;
-/// Factor of the number of trials from one look to the next.
+/// Factor by which the number of trials grows from one test of the claims to the next.
 const MORE: f64 = 1.25;
 
 /// Number of trials that a thread runs at a time.
 const AT_ONCE: u64 = 64;
 
-/// A combination of settings, and of a fault if there is one, in which requirements are judged. The same trials judge all claims of a case.
+/// A combination of settings, with or without a fault, for which requirements are judged. All claims of a case are judged by the same
+/// trials.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// Keys of the scenario that the requirements set.
+    /// Keys of the scenario that the requirements set, with their values.
     pub settings: Vec<(String, Value)>,
     /// The fault in the drive; none for a drive without a fault.
     pub fault: Option<Entry>,
@@ -47,7 +48,7 @@ pub struct Case {
     /// The claims that the requirements make in this case.
     pub claims: Vec<Claim>,
     plan: Plan,
-    /// The plan with the method's checks off.
+    /// The plan with the method's checks off. None for a drive without a fault, or for a method without checks.
     without: Option<Plan>,
     /// Rated current of the motor in A.
     rated: f64,
@@ -61,8 +62,8 @@ impl Case {
         self.settings == settings && self.fault.as_ref().and_then(Entry::single) == fault
     }
 
-    /// Adds the claims of a requirement to the case. `number`: index of the requirement; `unanswered`: largest share of starts without an
-    /// answer, for requirements that a method could meet by giving no answers.
+    /// Adds the claims of a requirement to the case. `number` is the index of the requirement. `unanswered` is the largest share of starts
+    /// without an answer. It limits this share for requirements that a method could meet by giving no answers.
     fn claim(&mut self, number: usize, requirement: &Requirement, unanswered: f64) {
         let demand = requirement.demand;
         let claimed = match demand.what {
@@ -93,7 +94,7 @@ impl Case {
         }
     }
 
-    /// Returns the options that put the case into a scenario, as on the command line.
+    /// Returns the command-line options that put the case's settings and fault into a scenario.
     pub fn options(&self) -> Vec<String> {
         let is_of_entry =
             |key: &String| self.fault.iter().any(|entry| entry.keys.iter().any(|(of, _)| of == key));
@@ -101,7 +102,7 @@ impl Case {
         texts(&settings).into_iter().chain(self.fault.iter().flat_map(Entry::arguments)).collect()
     }
 
-    /// Returns the condition of a dangerous answer in words.
+    /// Returns a text that states when an answer is dangerous.
     pub fn danger(&self) -> String {
         let half = self.plan.scenario(0).ok().and_then(|scenario| scenario.detector.half_sector());
         let what = if half.is_some() { "beyond the sector" } else { "off" };
@@ -113,7 +114,8 @@ impl Case {
         &self.plan
     }
 
-    /// Runs trials until all claims of the requirements selected by `is_asked` are decided or have reached their largest number of trials.
+    /// Runs trials until each claim is decided or has reached its largest number of trials. Only claims of the requirements that `is_asked`
+    /// selects count.
     fn judge(&mut self, watch: &dyn Watch, is_asked: &dyn Fn(usize) -> bool) -> Result<(), Halt<FileError>> {
         let mut most: Vec<u64> = self.claims.iter().map(|claim| claim.most).collect();
         most.sort_unstable();
@@ -141,7 +143,7 @@ impl Case {
         }
     }
 
-    /// Runs these trials, or reads their stored results, and returns the results for each claim.
+    /// Runs these trials, or reads their stored results. Returns one result for each claim.
     fn part(&self, trials: std::ops::Range<u64>, watch: &dyn Watch) -> Result<Vec<Seen>, Halt<FileError>> {
         let claims: Vec<Claimed> = self.claims.iter().map(|claim| claim.claimed).collect();
         let key = format!("{} trials {trials:?}: {claims:?}", self.options().join(" "));
@@ -175,13 +177,13 @@ impl Case {
     }
 }
 
-/// Returns the settings as arguments of the command line: `key=value`.
+/// Returns the settings as command-line arguments of the form `key=value`.
 fn texts(settings: &[(String, Value)]) -> Vec<String> {
     let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
     settings.iter().map(|(key, value)| format!("{key}={}", text(value))).collect()
 }
 
-/// Returns a number of trials that the file gives, or the error that it is out of range.
+/// Returns the number of trials that the file gives. It is an error if the number is out of range.
 fn trials(document: &Document, key: &str, given: Option<u64>) -> Result<Option<u64>, FileError> {
     match given {
         Some(trials) if !(list::FEWEST..=MOST_TRIALS).contains(&trials) => Err(document.refuse(
@@ -200,22 +202,22 @@ fn is_of_fault(key: &str, number: usize) -> bool {
         .is_some_and(|(n, _)| n == number.to_string())
 }
 
-/// Returns the number of trials of the next look after a look with this number of trials.
+/// Returns the number of trials at the next test of the claims. `look` is the number of trials at the last test.
 fn next(look: u64) -> u64 {
     whole::<u64>(look as f64 * MORE).max(FIRST)
 }
 
-/// Requirements on a scenario, and the results of the trials.
+/// Requirements on a scenario, and the results of their trials.
 #[derive(Clone, Debug)]
 pub struct Qualification {
     /// The requirements.
     pub requirements: Requirements,
-    /// The cases in which they are judged.
+    /// The cases in which the requirements are judged.
     pub cases: Vec<Case>,
 }
 
 impl Qualification {
-    /// Makes the cases of requirements on a scenario. All errors of the cases appear here, before the first trial.
+    /// Makes the cases of the requirements for a scenario. All errors in the cases are found here, before the first trial.
     ///
     /// # Errors
     /// Values make no valid scenario, or a limit does not apply to the method or drive; the error names the line of the
@@ -225,7 +227,8 @@ impl Qualification {
         Ok(Self { requirements, cases })
     }
 
-    /// Judges the requirements whose indices `is_asked` selects, case by case; `hear` receives the number of finished cases.
+    /// Judges the requirements whose indices `is_asked` selects, case by case. Before each case, calls `hear` with the number of finished
+    /// cases.
     ///
     /// # Errors
     /// A trial cannot be run, or the computation was interrupted.
@@ -249,19 +252,19 @@ impl Qualification {
         Ok(())
     }
 
-    /// Returns the claims of the requirement with this index, each with its case.
+    /// Returns the claims of the requirement with this index. Each claim comes with its case.
     pub fn claims(&self, requirement: usize) -> impl Iterator<Item = (&Case, &Claim)> {
         let of = move |claim: &&Claim| claim.requirement == requirement;
         self.cases.iter().flat_map(move |case| case.claims.iter().filter(of).map(move |claim| (case, claim)))
     }
 
-    /// Returns the verdict on the requirement with this index: failed if one of its claims failed, passed if all claims passed, else not
-    /// shown.
+    /// Returns the verdict on the requirement with this index. It is failed if one of the requirement's claims failed, passed if all of
+    /// them passed, and not shown otherwise.
     pub fn verdict(&self, requirement: usize) -> Verdict {
         self.claims(requirement).map(|(_, claim)| claim.verdict()).max().unwrap_or(Verdict::NotShown)
     }
 
-    /// Returns the number of claims over which the probability of error is split.
+    /// Returns the number of all claims. The probability of error is divided by this number.
     pub fn count(&self) -> usize {
         self.cases.iter().map(|case| case.claims.len()).sum()
     }

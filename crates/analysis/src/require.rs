@@ -14,58 +14,60 @@ use crate::limit::{Limits, Tally};
 use crate::{Halt, Watch};
 use standstill_odds::kept;
 
-/// A scenario in which keys are varied. All values use the random numbers of the scenario's seed.
+/// A scenario in which the values of some keys are varied. The trials at all values use the same random numbers, those of the scenario's
+/// seed.
 #[derive(Debug)]
 pub struct Bench<'a> {
     /// The scenario whose keys are varied.
     pub document: &'a Document,
     /// Limits that the results of the trials must keep.
     pub limits: &'a Limits,
-    /// Keys that are varied, and true for each key that takes whole numbers only.
+    /// Paths of the varied keys, each with a flag. The flag is true if the key takes whole numbers only.
     pub keys: Vec<(String, bool)>,
 }
 
-/// A value that was judged, with the estimate of each limited measure.
+/// Result of the trials at one value of a key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
     /// The value of the key, in SI.
     pub value: f64,
     /// Number of trials at the value.
     pub trials: u64,
-    /// True if the result was clear early, so that the remaining trials were not run.
+    /// True if the trials so far decided the comparison with the limits, so that the remaining trials were not run.
     pub clear: bool,
-    /// Estimates of the limited measures in their units, one for each limit.
+    /// Estimate of each limited measure in its unit, in the order of the limits.
     pub measures: Vec<Estimate>,
-    /// Share of starts without an answer; none if the root mean square is not limited.
+    /// Share of simulated motor starts that end without an answer. None if the rms error is not limited.
     pub without_answer: Option<Estimate>,
 }
 
-/// [`Point::answer`] if the limits hold for all values of the second key.
+/// Text of [`Point::answer`] if the limits hold for all values of the second key.
 pub const EVERYWHERE: &str = "every value meets it";
 
-/// A point of the curve over two keys: a value of the first key, and the values of the second key with which the limits then hold.
+/// A point of a curve over two keys. It consists of a value of the first key and the range of values of the second key for which the limits
+/// hold at this value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Point {
     /// Value of the first key, in SI.
     pub first: f64,
-    /// Edge of the second key's values, in SI; the upper edge if there are two.
+    /// Limit of the range of the second key, in SI. It is the upper limit if the range has two.
     pub second: Option<f64>,
-    /// Lower end of the edge's interval; none if the interval is open there.
+    /// Lower end of the confidence interval of `second`. None if this end is not known.
     pub low: Option<f64>,
-    /// Upper end of the edge's interval; none if the interval is open there.
+    /// Upper end of the confidence interval of `second`. None if this end is not known.
     pub high: Option<f64>,
-    /// Lower edge of the second key's values in SI, if there are two.
+    /// Lower limit of the range of the second key, in SI. None if the range has only one limit.
     pub from: Option<f64>,
-    /// Lower end of the lower edge's interval; none if the interval is open there.
+    /// Lower end of the confidence interval of `from`. None if this end is not known.
     pub from_low: Option<f64>,
-    /// Upper end of the lower edge's interval; none if the interval is open there.
+    /// Upper end of the confidence interval of `from`. None if this end is not known.
     pub from_high: Option<f64>,
-    /// Kind of the answer: `edge` if it has one edge, `between` if it has two, else the reason why no edge was found.
+    /// `edge` if the range has one limit, `between` if it has two. Else the reason why it has none.
     pub answer: &'static str,
 }
 
 impl Point {
-    /// Makes the point at a value of the first key from the result of the search over the second key.
+    /// Makes the point at the value `first` of the first key. `found` is the result of the search over the second key.
     pub fn of(first: f64, found: &Found) -> Self {
         let none = |answer| Self { first, answer, ..Self::default() };
         match found {
@@ -91,15 +93,16 @@ const AT_ONCE: u64 = 256;
 /// Smallest number of trials that a thread runs at a time.
 const LEAST_AT_ONCE: u64 = 32;
 
-/// Number of trials after which the result is checked for the first time: if it is clear, no more trials are run.
+/// Number of trials before the first comparison with the limits. If the comparison is clear, no more trials are run.
 const FIRST: u64 = 64;
-/// Factor of the number of trials from one check to the next.
+/// Factor by which the number of trials grows from one comparison to the next.
 const MORE: u64 = 4;
 
-/// Largest number of contributions to measures that [`Taken`] stores: a few hundred megabytes.
+/// Largest number of contributions to measures that [`Taken`] stores. They occupy a few hundred megabytes.
 const NUMBERS: u64 = 30_000_000;
 
-/// Tallies of the trials so far, by the values of the keys. Further trials at the same values continue a tally.
+/// Results of the trials so far, stored for each combination of the keys' values. Further trials with the same values are added to the
+/// stored results.
 #[derive(Debug, Default)]
 pub struct Taken(HashMap<Vec<u64>, Tally>);
 
@@ -136,7 +139,7 @@ impl<'a> Bench<'a> {
         Ok(bench)
     }
 
-    /// Makes the plan with these values of the keys, in SI.
+    /// Makes the plan of the scenario in which the keys have these values, in SI.
     ///
     /// # Errors
     /// A value is invalid.
@@ -154,8 +157,8 @@ impl<'a> Bench<'a> {
         Ok(plan)
     }
 
-    /// Judges these values of the keys, in SI, with this number of trials, or with fewer if the result is clear earlier. Returns the
-    /// measures, with the last key's value, and their comparison with the limits. The inner error is the reason why the values are invalid.
+    /// Compares the results of trials at these values of the keys, in SI, with the limits. Runs at most `trials` trials, and fewer if the
+    /// comparison is clear earlier. Returns the estimates and the comparison. The inner error is the reason why the values are invalid.
     ///
     /// # Errors
     /// A trial cannot be run, or the computation was interrupted.
@@ -192,8 +195,8 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Returns the contributions of trials 0 to `trials` − 1 of a seed with these values of the keys, in SI. None if the values are
-    /// invalid.
+    /// Runs trials 0 to `trials` − 1 with this seed and these values of the keys, in SI. Returns their contributions to the measures. None
+    /// if the values are invalid.
     ///
     /// # Errors
     /// A trial cannot be run, or the computation was interrupted.
@@ -210,8 +213,8 @@ impl<'a> Bench<'a> {
         Ok(Some(Tally::of(self.limits, self.part(&plan, values, seed, 0..trials, watch)?)))
     }
 
-    /// Returns the contributions of these trials; reads them if an interrupted computation has stored them, else runs
-    /// the trials.
+    /// Returns the contributions of these trials to the measures. If an interrupted computation has stored them, they are read, else the
+    /// trials are run.
     fn part(
         &self,
         plan: &Plan,
@@ -233,7 +236,7 @@ impl<'a> Bench<'a> {
         format!("trials {trials:?} of seed {seed} with [{}]: {}", settings.join(", "), measures.join(", "))
     }
 
-    /// Runs trials and returns the contribution of each start, limit by limit.
+    /// Runs trials and returns their contributions to the measures: for each limit, one number per trial.
     fn values(
         &self,
         plan: &Plan,
@@ -250,8 +253,8 @@ impl<'a> Bench<'a> {
         Ok(tally.into_values())
     }
 
-    /// Returns the nominal value in SI of the key with this index: the scenario's, or else the number that the error set or the motor
-    /// gives. None if there is neither.
+    /// Returns the nominal value, in SI, of the key with this index. It is the value in the scenario, or else the default value of the
+    /// error set or of the motor. None if none of them gives a value.
     pub fn nominal(&self, number: usize) -> Option<f64> {
         let key = &self.keys[number].0;
         let value = match self.document.get(key) {
@@ -278,7 +281,7 @@ fn number(value: f64, whole: bool) -> Value {
     }
 }
 
-/// Rewrites the error of a key whose values are not numbers.
+/// Replaces the message of an error if the key of the error does not take numbers.
 fn no_number(error: FileError) -> FileError {
     let FileError::Key { place, key, message } = error else { return error };
     let message = if standstill_scenario::has_numbers(&key) == Some(false) {

@@ -15,7 +15,8 @@
 use standstill_campaign::{Estimate, student};
 use standstill_numeric::power;
 
-/// Errors of one pair of starts, and of the starts mixed from them.
+/// Errors of two simulated motor starts, A and B, at the same rotor angle, and of the mixed starts. Mixed start i has the random draws of
+/// source i from B and all others from A.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tuple {
     /// Error e_A of the start in sample A.
@@ -31,13 +32,13 @@ pub struct Tuple {
 pub struct Shares {
     /// The mean square error, in the square of the errors' unit.
     pub mean_square: Estimate,
-    /// Share of the part of the error that all draws at an angle have in common: the method's own error.
+    /// Share of the method's own error: the part of the error that is the same for all random draws at a rotor angle.
     pub common: Estimate,
     /// First-order index of each source.
     pub first: Vec<Estimate>,
     /// Total index of each source.
     pub total: Vec<Estimate>,
-    /// Share that the sources cause only by interaction.
+    /// Share of the part of the error that the sources cause only together, by interaction.
     pub interaction: Estimate,
 }
 
@@ -50,8 +51,8 @@ impl Tuple {
         self.a * self.b
     }
 
-    /// Returns the term of a source's first-order index. The mirrored term, with A and B exchanged, is not computed,
-    /// although it would add information. Subtracting e_A makes the estimate less noisy than e_B e_ABi alone.
+    /// Returns the term e_B (e_ABi − e_A) of a source's first-order index. Subtracting e_A makes the estimate less noisy than e_B e_ABi
+    /// alone. The same term with A and B exchanged would add information, but it is not computed.
     fn first(&self, source: usize) -> f64 {
         self.b * (self.mixed[source] - self.a)
     }
@@ -67,7 +68,7 @@ impl Tuple {
 }
 
 impl Shares {
-    /// Computes the shares from independent tuples, each with `sources` mixed errors.
+    /// Computes the shares from independent tuples. `sources` is the number of sources, and so of mixed errors in a tuple.
     pub fn of(tuples: &[Tuple], sources: usize) -> Self {
         let ratio =
             |of: &dyn Fn(&Tuple) -> f64| ratio(tuples.iter().map(|tuple| (of(tuple), tuple.square())));
@@ -81,22 +82,21 @@ impl Shares {
     }
 }
 
-/// Indices as mean squares, in the square of the errors' unit, instead of as shares. The estimate of a part that is
-/// nearly zero may be negative.
+/// Parts of the mean square error, in the square of the errors' unit. The estimate of a part that is nearly zero may be negative.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Squares {
     /// Mean square of the whole error.
     pub all: Estimate,
-    /// Mean square of the part that all draws at an angle have in common: the method's own error.
+    /// Mean square of the method's own error: the part of the error that is the same for all random draws at a rotor angle.
     pub common: Estimate,
-    /// Mean square of the whole error less that of the common part.
+    /// Mean square of the whole error minus the mean square of the method's own error.
     pub rest: Estimate,
     /// Mean square of each source by itself (first order).
     pub first: Vec<Estimate>,
 }
 
 impl Squares {
-    /// Computes the mean squares from independent tuples, each with `sources` mixed errors.
+    /// Computes the mean squares from independent tuples. `sources` is the number of sources, and so of mixed errors in a tuple.
     pub fn of(tuples: &[Tuple], sources: usize) -> Self {
         let mean = |of: &dyn Fn(&Tuple) -> f64| ratio(tuples.iter().map(|tuple| (of(tuple), 1.0)));
         Self {
@@ -108,7 +108,8 @@ impl Squares {
     }
 }
 
-/// Returns the ratio of the mean of the first numbers to the mean of the second, with its 95 % interval; NaN for fewer than two pairs.
+/// Returns the ratio of two means with its 95 % interval: the mean of the pairs' first numbers divided by the mean of their second numbers.
+/// NaN for fewer than two pairs.
 pub fn ratio(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Estimate {
     let (mut count, mut above, mut below) = (0.0, 0.0, 0.0);
     for (x, y) in pairs.clone() {
@@ -129,7 +130,7 @@ mod tests {
 
     use super::*;
 
-    /// e = m cos θ + a x cos θ + b y + c x z: all shares have closed forms.
+    /// Makes tuples with the error e = m cos θ + a x cos θ + b y + c x z, whose shares have closed forms.
     fn tuples(seed: u64, [m, a, b, c]: [f64; 4]) -> Vec<Tuple> {
         let error =
             |angle: f64, [x, y, z]: [f64; 3]| m * angle.cos() + a * x * angle.cos() + b * y + c * x * z;

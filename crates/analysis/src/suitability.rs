@@ -52,18 +52,18 @@ use bench::Bench;
 use search::Found;
 use work::Allowance;
 
-/// Progress of the check, with results so far.
+/// Messages about the progress of the check.
 #[derive(Clone, Copy, Debug)]
 pub enum Progress<'a> {
-    /// Settings of this method are being searched.
+    /// The search for settings of this method begins.
     Method(MethodName),
-    /// The search found this candidate.
+    /// The search of a method ended with this candidate.
     Found(&'a Candidate),
-    /// Settings are being tried on fresh starts.
+    /// The trial of these settings on fresh simulated motor starts begins.
     Confirming(&'a Setting),
-    /// A motor whose L_d falls by this share at rated current is being tried.
+    /// The trial of a motor begins whose L_d falls by this share at rated current.
     Saturation(f64),
-    /// A change of drive or demands is being tried, described in words.
+    /// The trial of a change of drive or demands begins. The text describes the change.
     Change(&'a str),
 }
 
@@ -88,63 +88,61 @@ choice! {
 pub struct Suitability {
     /// Saliency ratio |L_B| / L_A at zero current, from the data sheet.
     pub saliency_ratio: f64,
-    /// The Cramér–Rao limit with the pulses of the first candidate and the readings of this drive, as rms over the angles. None if the
-    /// method cannot be set up, or if the drive does not read its phase currents.
+    /// Cramér–Rao limit of the axis error, as rms over the rotor angles. It is computed for the pulses of the first candidate and the
+    /// drive's sensors. None if the method cannot be set up, or if the drive does not measure its phase currents.
     pub limit: Option<Bound>,
-    /// True if the motor has a magnet and so poles to distinguish.
+    /// True if the motor has a magnet, so that the north pole must be distinguished from the south pole.
     pub has_magnet: bool,
-    /// How far the motor's data determine which pole draws more current. If the data do not suffice, see [`Suitability::condition`].
+    /// States whether the motor's data determine which pole draws more current. If they do not, see [`Suitability::condition`].
     pub pole: PoleKnowledge,
-    /// The pole that draws more current: first near rated current, second in pulses of half of the rated current.
+    /// The pole that draws more current. The first entry is valid near rated current, the second in pulses of half of the rated current.
     pub signature: [Signature; 2],
-    /// Relative difference of the poles' currents near rated current, as a share.
+    /// Difference of the two poles' currents near rated current, as a share of the current.
     pub polarity_difference: f64,
-    /// Relative difference of the poles' currents in pulses of half of the rated current, as a share.
+    /// Current of the north pole minus current of the south pole in pulses of half of the rated current, as a share of the latter.
     pub pulse_difference: f64,
-    /// The pole that draws more current at the largest allowed current, and the relative difference there; none if the motor's flux map
-    /// ends below this current.
+    /// The pole that draws more current at the largest allowed current, and the difference of the two currents as a share. None if the
+    /// motor's flux map ends below this current.
     pub strongest: Option<(Signature, f64)>,
-    /// Largest current in A at which the poles were compared, if they draw the same current at every compared current up to three times the
-    /// allowed one. None if they differ at one of them, or if their currents are not known.
+    /// Largest compared current, in A, if both poles draw the same current at all compared currents. They are compared up to three times
+    /// the allowed current. None if the poles differ at a compared current, or if their currents are not known.
     pub alike_up_to_a: Option<f64>,
     /// Largest allowed phase current in A.
     pub most_current_a: f64,
-    /// The state of the rotor, if an override sets it, so that it is the only one judged; none if locked and free rotors are judged.
+    /// The only judged state of the rotor, if an override sets it. None if the check judges a locked and a free rotor.
     pub rotor: Option<Rotor>,
-    /// The methods tried, in the order of [`CANDIDATES`].
+    /// The tried methods, in the order of [`CANDIDATES`].
     pub candidates: Vec<Candidate>,
-    /// The methods not tried because they do not have all settings of the detector that the scenario sets.
+    /// The methods that were not tried because they lack a setting of the detector that the scenario sets.
     pub left_out: Vec<LeftOut>,
-    /// Speed that the scenario's file gives the rotor, as written. The check leaves it out, because it judges a rotor that stands: see
-    /// [`standing`]. None if no speed was left out.
+    /// Rotor speed in the scenario's file, as written there. The check ignores it, because it judges a rotor at standstill: see
+    /// [`standing`]. None if the check ignored no speed.
     pub left_speed: Option<String>,
     /// Index of the recommended candidate, with its results on fresh starts; none if no candidate suits the motor.
     pub recommended: Option<(usize, Confirmed)>,
-    /// Speeds at which the recommended method notices a rotor that turns, and at which its error exceeds the demand. None if no judged
-    /// rotor may turn, or if no candidate suits the motor.
+    /// Speed limits of the recommended method if the rotor turns during a start. None if no judged rotor may turn, or if no candidate suits
+    /// the motor.
     pub turning: Option<TurningSpeeds>,
-    /// Condition on the motor, not stated in its data, under which the verdict is valid.
+    /// Condition under which the verdict is valid, if the motor's data do not show whether it holds.
     pub condition: Option<Condition>,
-    /// Changes that were tried because no settings suffice for the motor and drive as they are.
+    /// Changes of drive or demands that were tried because no settings suit the motor and drive as they are.
     pub advice: Vec<Advice>,
-    /// Ways to start the motor without these methods; tried if no change suffices.
+    /// Other ways to start the motor. They are tried if no change suffices.
     pub alternatives: Vec<Alternative>,
-    /// Descriptions of the parts of the check that were left out because no work was left. A higher [`Effort`] includes them.
+    /// Descriptions of the parts of the check that were left out because the allowed work was used up. A higher [`Effort`] includes them.
     pub untried: Vec<String>,
-    /// True if settings that were not tried may suit the motor as it is.
+    /// True if the motor as it is may be suited with settings that were not tried.
     pub is_undecided: bool,
-    /// Work done, in evaluations of the machine's equations: at most [`most_work`] plus the last start.
+    /// Work of the check, in evaluations of the machine's equations. It exceeds [`most_work`] by at most one simulated motor start.
     pub work: u64,
 }
 
 impl Suitability {
-    /// Searches settings of each candidate under the conditions of a scenario file, ignoring its method and the state
-    /// of its rotor. Settings of the detector in the scenario stay unchanged; a method that does not have all of these
-    /// settings is not a candidate. A method that was set by an override is the only candidate, and a state of the
-    /// rotor that was set by an override is the only one judged.
+    /// Searches settings of each candidate method under the conditions of a scenario file. The method and the state of the rotor in the
+    /// file are ignored; if an override sets them, only this method and this state are judged. The detector's settings in the file are
+    /// kept. A method that lacks one of these settings is not a candidate.
     ///
-    /// No more work is done than `effort` allows. Work is counted, not timed, so the answer does not depend on the
-    /// machine.
+    /// `effort` limits the work. Work is counted, not timed, so the answer does not depend on the computer.
     ///
     /// # Errors
     /// The scenario is invalid, or no method is a candidate.
@@ -157,7 +155,7 @@ impl Suitability {
         Self::within(document, demands, most_work(effort), &mut progress)
     }
 
-    /// Carries out the check with at most this much work.
+    /// Carries out the check with at most the work `most`.
     fn within(
         document: &Document,
         demands: &Demands,
@@ -228,8 +226,8 @@ impl Suitability {
         Ok(Self { untried, ..found })
     }
 
-    /// Judges the best settings of each method. `likely`: settings that suffice on few starts. They are confirmed
-    /// before the search if the search may take more work than is left.
+    /// Judges the best settings of each method. `likely` has settings that suffice on few starts. If the search may need more work than is
+    /// left, they are confirmed before it.
     fn judged(
         bench: &Bench<'_>,
         methods: &[MethodName],
@@ -330,13 +328,13 @@ impl Suitability {
         self.saliency_ratio >= LEAST_SALIENCY
     }
 
-    /// Returns true if the poles are known to draw the same current up to three times the allowed one, so that no test at standstill with
+    /// Returns true if both poles are known to draw the same current up to three times the allowed current. Then no test at standstill with
     /// such currents distinguishes them.
     pub const fn poles_are_alike(&self) -> bool {
         self.alike_up_to_a.is_some()
     }
 
-    /// Returns true if the motor has poles but its data do not suffice to judge them, so that only the axis was judged.
+    /// Returns true if only the axis was judged, because the motor's data do not suffice to judge its poles.
     pub fn pole_is_open(&self) -> bool {
         self.condition == Some(Condition::Pole)
     }
@@ -346,7 +344,7 @@ impl Suitability {
         self.recommended.as_ref().map(|(number, _)| &self.candidates[*number])
     }
 
-    /// Returns the best of the candidates that met all demands on fresh starts, but on too few of them to show it; none if there is no such
+    /// Returns the best candidate that met all demands on its fresh starts, but had too few of them to show it. None without such a
     /// candidate.
     pub fn open(&self) -> Option<&Candidate> {
         let open = self.candidates.iter().filter(|of| of.wanting.is_some());
@@ -358,8 +356,8 @@ impl Suitability {
         self.recommended.as_ref().map(|(_, confirmed)| confirmed)
     }
 
-    /// Returns the document with the recommended settings, ready to be run; none without a recommendation. If a
-    /// saturation is the condition, the document's motor has that saturation.
+    /// Returns the document with the recommended settings, ready to be run. None without a recommendation. If the verdict holds only for a
+    /// range of saturation, the motor in the document has the smallest saturation of this range.
     ///
     /// # Errors
     /// A key cannot be set.
@@ -382,19 +380,19 @@ fn saliency_ratio(motor: &Motor) -> f64 {
     (motor.winding.saliency / motor.winding.mean_inductance).abs()
 }
 
-/// Saliency ratio |L_B| / L_A below which the inductances of both axes count as equal.
+/// Saliency ratio |L_B| / L_A below which both axes count as having the same inductance.
 const LEAST_SALIENCY: f64 = 1e-3;
 
-/// Share of the whole work that ranges of saturation leave for judging the axis alone.
+/// Share of the whole work that the trials of ranges of saturation leave for judging the axis alone.
 const FOR_THE_AXIS: f64 = 0.1;
-/// Least share of the remaining work that a range of saturation may use.
+/// Smallest share of the remaining work that the trial of one range of saturation may use.
 const LEAST_OF_A_RANGE: f64 = 0.4;
-/// Share of the remaining work for the search of settings, before the best are confirmed.
+/// Share of the remaining work for the search of settings. The rest is for their confirmation.
 const SEARCH: f64 = 0.5;
-/// Share of the remaining work for the confirmation, before changes are tried.
+/// Share of the remaining work for the confirmation of settings. The rest is for the trial of changes.
 const CONFIRMATION: f64 = 0.7;
 
-/// Number of angles for the Cramér–Rao limit. It shares no factor with six, so that all angles differ within the 60° by which line
-/// inductances repeat. On a flux map the rms differs by up to some 6 % from that over twice as many angles. With the errors of `field` each
-/// angle takes as long as some hundred starts.
+/// Number of rotor angles for the Cramér–Rao limit. It shares no factor with six, so that all angles differ modulo 60°, the period of the
+/// line inductances. With a flux map, the rms differs by up to about 6 % from that over twice as many angles. With the error set `field`,
+/// an angle takes as long as some hundred starts.
 const ANGLES: usize = 7;

@@ -10,7 +10,7 @@ use standstill_sim::{Adc, Arrangement, Tape};
 use crate::subset::{Run, Settings};
 use crate::{Alarm, Estimator, Event, Halt, Odds, System, Watch};
 
-/// Trials of a scenario at one point of its plan. Each trial draws the values of keys with a tolerance.
+/// Trials of a scenario at one point of its plan. Values of keys with a tolerance are drawn at random for each trial.
 #[derive(Clone, Debug)]
 pub struct Trials<'a> {
     plan: &'a Plan,
@@ -22,9 +22,9 @@ pub struct Trials<'a> {
 /// Quantization of all A/D converters in a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Codes {
-    /// Codes are shifted up by this share of one LSB relative to the scenario's.
+    /// The thresholds between the codes are shifted up by this share of one LSB, relative to the scenario.
     Moved(f64),
-    /// No rounding: readings are exact up to the ends of their range.
+    /// Readings are not rounded. They are exact up to the ends of the converter's range.
     Exact,
 }
 
@@ -65,25 +65,25 @@ impl<'a> Trials<'a> {
         Ok(Self { plan, point, scenario: plan.scenario(point)?, codes: Codes::Moved(0.0) })
     }
 
-    /// Returns trials that differ from these in the quantization of all converters alone.
+    /// Returns a copy of these trials that differs only in the quantization of the converters.
     pub(crate) fn with_codes(&self, codes: Codes) -> Self {
         Self { codes, ..self.clone() }
     }
 
-    /// Returns the converters of the currents, of the terminals and of the DC link; none for values that the drive does
-    /// not read through a converter.
+    /// Returns the A/D converters of the currents, of the terminal voltages and of the DC-link voltage. None for a quantity that the drive
+    /// does not measure with a converter.
     pub(crate) fn converters(&self) -> [Option<Adc>; 3] {
         let sensors = &self.scenario.sensors;
         let currents = sensors.adc.filter(|_| sensors.arrangement != Arrangement::None);
         [currents, sensors.terminal.and_then(|of| of.adc), sensors.dc_link.adc]
     }
 
-    /// Returns true if a converter rounds.
+    /// Returns true if a converter of the drive rounds its readings.
     pub(crate) fn have_converters(&self) -> bool {
         self.converters().into_iter().flatten().any(Adc::rounds)
     }
 
-    /// Returns the scenario that the trials have in common.
+    /// Returns the scenario before the random values of a trial are drawn. It is the same for all trials.
     pub fn scenario(&self) -> &Scenario<Method<f64>> {
         &self.scenario
     }
@@ -93,7 +93,7 @@ impl<'a> Trials<'a> {
         self.plan
     }
 
-    /// Runs one trial for each tape in this thread, and returns the records in the order of the tapes.
+    /// Runs one trial for each tape of random draws in this thread. Returns the records in the order of the tapes.
     ///
     /// # Errors
     /// A drawn value is invalid.
@@ -106,7 +106,7 @@ impl<'a> Trials<'a> {
         Ok(records.into_iter().flatten().collect())
     }
 
-    /// Runs one trial for each tape in all threads, and returns the records in the order of the tapes.
+    /// Runs one trial for each tape of random draws, in all threads. Returns the records in the order of the tapes.
     ///
     /// # Errors
     /// A drawn value is invalid, or the computation was interrupted.
@@ -114,8 +114,8 @@ impl<'a> Trials<'a> {
         Ok(self.all_with_tapes(tapes, watch)?.0)
     }
 
-    /// Runs one trial for each tape in all threads. Returns the records in the order of the tapes, and the tapes, to which the trials have
-    /// added the draws that were missing.
+    /// Runs one trial for each tape of random draws, in all threads. Returns the records and the tapes in the order of the tapes. The
+    /// trials have added to each tape the draws that it lacked.
     ///
     /// # Errors
     /// A drawn value is invalid, or the computation was interrupted.
@@ -143,13 +143,13 @@ impl<'a> Trials<'a> {
         Ok((records.into_iter().flatten().collect(), tapes.into_iter().flatten().collect()))
     }
 
-    /// Returns the order parameter of an event as a function of the draws, for subset simulation.
+    /// Returns a function that computes the order parameter of an event from the random draws. Subset simulation uses it.
     pub fn towards(&self, event: Event) -> Towards<'_> {
         Towards { trials: self, event, errors: AtomicU64::new(0) }
     }
 
-    /// Computes the probability of an event by subset simulation, or by counting if no order parameter leads to the event. `done` receives
-    /// each finished run.
+    /// Computes the probability of an event by subset simulation, or by counting if no order parameter leads to the event. `done` is called
+    /// with each finished run.
     ///
     /// # Errors
     /// A drawn value is invalid, or the computation was interrupted.
@@ -179,7 +179,7 @@ impl<'a> Trials<'a> {
         Ok(odds)
     }
 
-    /// Returns the share of the event's probability in starts whose records are of this kind.
+    /// Returns the share of the event's probability that belongs to starts whose records are of the kind `kind`.
     fn share(
         &self,
         odds: &Odds,
@@ -196,12 +196,12 @@ impl<'a> Trials<'a> {
 /// Number of tapes that a thread runs at a time.
 const AT_ONCE: usize = 128;
 
-/// Order parameter of an event as a function of the draws.
+/// Function that computes the order parameter of an event from the random draws.
 #[derive(Debug)]
 pub struct Towards<'a> {
     trials: &'a Trials<'a>,
     event: Event,
-    /// Number of simulations so far that could not continue.
+    /// Number of simulations that could not be continued.
     errors: AtomicU64,
 }
 

@@ -44,22 +44,22 @@ const ALWAYS_REPORTED: [Measure; 6] = [
     Measure::PeakCurrent,
 ];
 
-/// Effort of the search: its numbers of initial settings and of trials.
+/// Effort of the search, as numbers of initial settings and of trials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Effort {
-    /// Number of initial settings of the search, including the scenario's own.
+    /// Number of initial settings from which the search starts. One of them is the scenario's own.
     pub starts: usize,
     /// Number of trials per setting in the wide descents.
     pub coarse: u64,
     /// Number of trials per setting in the close descents.
     pub fine: u64,
-    /// Number of trials per setting in the final choice, and for the printed figures.
+    /// Number of trials per setting in the final choice, and for the printed results.
     pub last: u64,
 }
 
 impl Effort {
-    /// Returns the effort with at least this number of trials for the final choice. A limit on a share needs enough trials to hold surely:
-    /// after n trials without a case, the share is below 3.7/n.
+    /// Returns the effort with at least `last` trials for the final choice. There are more if the limit of a share needs them: n trials
+    /// without an occurrence show only that the share is below 3.7/n.
     pub fn new(last: u64, limits: &Limits) -> Self {
         let shares = limits.0.iter().filter(|limit| limit.measure.unit().is_none());
         let least = shares.map(|limit| limit.most).fold(1.0, f64::min);
@@ -69,7 +69,7 @@ impl Effort {
     }
 }
 
-/// Least product of the number of trials and a limit on a share with which the limit can be shown to hold.
+/// Smallest product of the number of trials and the limit of a share with which trials can show that the limit holds.
 const NEEDED: f64 = 4.5;
 
 impl Effort {
@@ -79,7 +79,8 @@ impl Effort {
         (last / 8).max(600)
     }
 
-    /// Returns the smallest limit on a share that the close descents can show to hold.
+    /// Returns the smallest limit of a share that the trials of a close descent can show to hold. `last` is the number of trials in the
+    /// final choice.
     pub fn least_share(last: u64) -> f64 {
         NEEDED / Self::fine(last) as f64
     }
@@ -94,14 +95,14 @@ pub struct Question<'a> {
     pub ranges: Vec<Range>,
     /// Measure to be minimised, and limits to be kept.
     pub goal: Goal,
-    /// Measures that must not exceed their value at the initial settings (`moved <= start`). They are compared trial by
-    /// trial, because the paired difference has a far narrower interval.
+    /// Measures that must not exceed their value at the initial settings (`moved <= start`). They are compared trial by trial, because a
+    /// paired difference has a far narrower interval.
     pub relative: Vec<Measure>,
-    /// The second measure of the Pareto front.
+    /// Measure on the second axis of the Pareto front. The first axis is the minimised measure.
     pub against: Measure,
-    /// Numbers of initial settings and trials.
+    /// Effort of the search.
     pub effort: Effort,
-    /// Seed of the search. The final choice uses the next seed, the printed figures the one after that.
+    /// Seed of the search. The final choice uses the next seed, and the printed results use the seed after that.
     pub seed: u64,
 }
 
@@ -117,41 +118,41 @@ pub struct Judged {
 /// Result of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tuned {
-    /// The initial settings, which are the scenario's own; NaN for keys that the scenario does not set.
+    /// The scenario's own settings. The value of a key that the scenario does not set is NaN.
     pub start: Judged,
-    /// The best settings, measured on the same trials as the initial ones.
+    /// The best settings. They are measured on the same trials as the scenario's own settings.
     pub best: Judged,
-    /// Measures of the best settings minus those of the initial ones, with paired intervals on common random numbers.
+    /// Measures of the best settings minus those of the scenario's own settings. The intervals are those of paired trials with common
+    /// random numbers.
     pub differences: Measured,
     /// Verdict on whether the best settings keep the limits.
     pub limits: Verdict,
-    /// Settings on the Pareto front, for which no other settings are better in both measures, sorted by the second
-    /// measure; empty if no settings may keep the limits.
+    /// Settings on the Pareto front, sorted by the second measure. No other settings are better than these in both measures. Empty if the
+    /// best settings certainly break a limit.
     pub front: Vec<Judged>,
     /// All settings that were tried.
     pub looks: Vec<Look>,
 }
 
 impl Tuned {
-    /// Returns true if the best settings may keep the limits. If not, they are the settings that break the limits
-    /// least.
+    /// Returns true if the best settings may keep the limits. If false, the best settings are those that break the limits least.
     pub fn is_found(&self) -> bool {
         self.limits.possibly
     }
 
-    /// Returns the effect that unobserved starts without an answer may have on the difference of the rms errors. None if they could not
-    /// reverse the difference.
+    /// Returns the possible effect of starts without an answer that did not occur in the trials, on the difference of the rms errors. None
+    /// if this effect could not reverse the sign of the difference.
     pub fn unseen(&self) -> Option<Unseen> {
         left_out(&self.start.measured, &self.best.measured, &self.differences)
     }
 
-    /// Returns true if the best settings have a smaller measure than the initial ones according to the trials.
+    /// Returns true if the best settings have a smaller minimised measure than the scenario's own settings in the trials.
     pub fn seems_better(&self, goal: &Goal) -> bool {
         self.is_found() && self.differences.get(goal.minimise).high < 0.0
     }
 
-    /// Returns true if the best settings surely have a smaller measure than the initial ones, even allowing for
-    /// unobserved starts without an answer: see [`Self::unseen`].
+    /// Returns true if the best settings certainly have a smaller minimised measure than the scenario's own settings. Starts without an
+    /// answer that did not occur in the trials are taken into account: see [`Self::unseen`].
     pub fn surely_better(&self, goal: &Goal) -> bool {
         self.seems_better(goal) && (goal.minimise != Measure::Rms || self.unseen().is_none())
     }
@@ -173,7 +174,7 @@ const OFTEN_WIDE: usize = 16;
 const OFTEN_CLOSE: usize = 10;
 
 impl Question<'_> {
-    /// Returns all measures that are computed, each as a limit of infinity.
+    /// Returns all measures that are computed. Each is the measure of a limit of infinity, which always holds.
     pub fn taken(&self) -> Limits {
         let wanted = self.goal.limits.0.iter().map(|limit| limit.measure);
         let mut measures: Vec<Measure> = Vec::new();
@@ -258,8 +259,8 @@ impl Question<'_> {
         Ok(Tuned { start, best, differences, limits, front, looks })
     }
 
-    /// Returns the measures as the search compares them. A measure that must not exceed its value at the initial settings is replaced by
-    /// its limit times the ratio of its value to that at the initial settings, on the same trials.
+    /// Returns the measures as the search compares them. If a measure must not exceed its value at the scenario's own settings, the ratio
+    /// of both values on the same trials, times the limit of the measure, replaces it.
     fn related(&self, mut measured: Measured, start: &Measured) -> Measured {
         for (measure, estimate) in
             measured.0.iter_mut().filter(|(measure, _)| self.relative.contains(measure))
@@ -278,13 +279,14 @@ impl Question<'_> {
         measured
     }
 
-    /// Returns the limits that are not relative to the initial settings.
+    /// Returns the limits of those measures that are not compared with their value at the scenario's own settings.
     pub fn absolute(&self) -> Limits {
         let absolute = self.goal.limits.0.iter().filter(|limit| !self.relative.contains(&limit.measure));
         Limits(absolute.copied().collect())
     }
 
-    /// Returns the verdict on the limits; limits relative to the initial settings are judged by the paired differences.
+    /// Returns the verdict on the limits. Measures that must not exceed their value at the scenario's own settings are judged by the paired
+    /// differences.
     fn kept(&self, start: &Measured, best: &Measured, differences: &Measured) -> Verdict {
         let of_best = verdict(&self.absolute(), best);
         let no_worse = |of: fn(&Estimate) -> f64| {
@@ -298,7 +300,8 @@ impl Question<'_> {
         }
     }
 
-    /// Returns the initial settings of the search: those of the scenario, and points of a Sobol sequence.
+    /// Returns the settings from which the search starts: the scenario's own, and points of a Sobol sequence. `nominal` has the scenario's
+    /// values of the keys.
     fn starts(&self, nominal: &[f64]) -> Vec<Vec<f64>> {
         let own = self.ranges.iter().zip(nominal).map(|(range, value)| {
             let place = if value.is_nan() { 0.5 } else { range.place(*value) };
@@ -314,8 +317,8 @@ impl Question<'_> {
         starts
     }
 
-    /// Chooses the best of the last settings with new random numbers. First, settings that are clearly worse in a quarter of the trials are
-    /// dropped.
+    /// Chooses the best of the remaining settings with new random numbers. Settings that are certainly worse in the first quarter of the
+    /// trials are dropped.
     fn choose(
         &self,
         bench: &Bench<'_>,
@@ -352,7 +355,7 @@ impl Question<'_> {
     }
 }
 
-/// Measures of the initial settings, computed once for each seed and number of trials.
+/// Measures of the scenario's own settings. They are computed once for each seed and number of trials.
 struct Starts<'a> {
     own: &'a Bench<'a>,
     known: RefCell<HashMap<(u64, u64), Measured>>,
@@ -380,7 +383,8 @@ fn seen(taken: &Limits, tally: &Tally) -> Measured {
     Measured(taken.0.iter().map(|limit| limit.measure).zip(tally.seen()).collect())
 }
 
-/// Returns the verdict on the limits by these measures: whether the limits hold by the point estimates, surely, and possibly.
+/// Returns the verdict on the limits. It states whether the limits hold according to the point estimates, whether they certainly hold, and
+/// whether they possibly hold.
 pub fn verdict(limits: &Limits, measured: &Measured) -> Verdict {
     let all = |of: fn(&Estimate) -> f64| {
         limits.0.iter().all(|limit| of(&measured.get(limit.measure)) <= limit.most)

@@ -16,10 +16,10 @@ use standstill_plant::{Motor, built_in};
 use standstill_sim::RunError;
 use thiserror::Error;
 
-/// A known figure, and the figure computed now.
+/// A figure that is known from theory or from stored results, and the same figure as computed now.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Figure {
-    /// Two numbers with a unit, which must differ by at most a tolerance.
+    /// Two numbers with a unit. They agree if they differ by at most a tolerance.
     Number {
         /// The known number.
         known: f64,
@@ -30,7 +30,7 @@ pub enum Figure {
         /// Unit of both numbers.
         unit: &'static str,
     },
-    /// Two digests, which must be equal.
+    /// Two digests of results. They agree if they are equal.
     Digest {
         /// The stored digest.
         known: String,
@@ -39,12 +39,12 @@ pub enum Figure {
     },
 }
 
-/// A claim about the program, with its figures.
+/// A claim about the program, with a known figure and a computed figure that show whether it holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Witness {
     /// The claim that is checked, in words.
     pub claim: String,
-    /// Origin of the known figure: a closed form, a conservation law, another method, or stored results.
+    /// Origin of the known figure: a closed form, a conservation law, another method of computation, or stored results.
     pub from: &'static str,
     /// The known figure and the computed one.
     pub figure: Figure,
@@ -62,7 +62,7 @@ impl Witness {
         Self { claim: claim.into(), from, figure: Figure::Number { known, here, tolerance, unit } }
     }
 
-    /// Makes a witness of a closed form; `figures`: the known number and the computed one.
+    /// Makes a witness whose known number is a closed form. `figures` has the known and the computed number.
     pub(crate) fn closed(
         claim: impl Into<String>,
         figures: [f64; 2],
@@ -101,8 +101,8 @@ pub enum WitnessError {
     Digest(#[from] DigestError),
 }
 
-/// Computes all witnesses. The trials for the digests are written to files in `folder`; `hear` receives the name of each group before the
-/// group is computed.
+/// Computes all witnesses. The trials for the digests are written to files in `folder`. `hear` is called with the name of each group before
+/// the group is computed.
 ///
 /// # Errors
 /// The folder cannot be written, a run could not continue, or the computation was stopped.

@@ -6,32 +6,32 @@ use standstill_sim::{Adc, SensorSettings};
 
 use super::replay::{CHANNELS, LINK, Readings, Sample, TERMINAL, TIME};
 
-/// Relative threshold of the information matrix, scaled to a unit diagonal: a smaller eigenvalue, or a smaller share of the angle's
-/// information that remains, counts as zero. It is the square of the relative error of the difference quotients.
+/// Threshold below which a number counts as zero: an eigenvalue of the information matrix (scaled to a unit diagonal), or the share of the
+/// angle's information that the other parameters leave. It is the square of the relative error of the difference quotients.
 const RANK: f64 = 1e-9;
 
-/// Largest threshold in place of [`RANK`], for readings whose difference quotients are less exact.
+/// Largest threshold that may replace [`RANK`] if difference quotients are less exact.
 const MOST_RANK: f64 = 1e-3;
 
 /// Sensitivities of the readings to one parameter.
 #[derive(Clone, Debug)]
 pub struct Column {
-    /// Derivatives ∂/∂p of the values of each sample, in their unit per unit of the parameter.
+    /// Derivatives ∂/∂p of the values of each sample by the parameter p, in the unit of the value per unit of p.
     pub slope: Vec<Sample>,
-    /// Numerical error of the derivatives of one sample, channel by channel.
+    /// Numerical error of a sample's derivative, one for each channel.
     pub error: Sample,
 }
 
 impl Column {
-    /// Returns whether the readings depend on the parameter by more than the numerical error.
+    /// Returns true if the effect of the parameter on the readings exceeds the numerical error.
     fn responds(&self) -> bool {
         let count = self.slope.len() as f64;
         let square = |k: usize| self.slope.iter().map(|slope| slope[k] * slope[k]).sum::<f64>();
         (0..CHANNELS).any(|k| square(k) > self.error[k] * self.error[k] * count)
     }
 
-    /// Returns the square of the relative error of the captured times' slopes; 0 if the parameter does not change the
-    /// times.
+    /// Returns the square of the relative error of the captured times' derivatives. Zero if the captured times do not depend on the
+    /// parameter.
     fn error_of_times(&self) -> f64 {
         let times = self.slope.iter().map(|slope| slope[TIME] * slope[TIME]).filter(|square| *square > 0.0);
         let (count, squares) = times.fold((0.0, 0.0), |(count, sum), square| (count + 1.0, sum + square));
@@ -52,18 +52,18 @@ pub struct Prior {
 #[derive(Clone, Debug)]
 pub struct Noise {
     readings: Readings,
-    /// Variance of a reading in each channel, from noise and quantization; the captured time has its own variance.
+    /// Variance of a reading in each channel, from noise and quantization. The variances of captured times are in `of_time` instead.
     variance: Sample,
     /// Variance in s² of each sample's captured time.
     of_time: Vec<f64>,
     /// Variance of the sampling instant in s².
     jitter: f64,
-    /// Slopes of the values in their unit per s at each sample; empty without jitter.
+    /// Time derivatives of the values at each sample, in the unit of the value per s. Empty without jitter.
     slope: Vec<Sample>,
 }
 
-/// Returns the variance of a reading that averages `conversions` conversions, from this noise and from the converter's
-/// quantization.
+/// Returns the variance of a reading that is the mean of this number of conversions. `noise` is the standard deviation of one conversion's
+/// noise. The quantization of the converter `adc` adds to the variance.
 fn variance_of(noise: f64, adc: Option<Adc>, conversions: f64) -> f64 {
     let mut variance = noise * noise / conversions;
     if let Some(adc) = adc.filter(|adc| adc.rounds()) {
@@ -75,8 +75,8 @@ fn variance_of(noise: f64, adc: Option<Adc>, conversions: f64) -> f64 {
 }
 
 impl Noise {
-    /// Makes the noise model of these sensors. `dwell`: the sensitivity in s/A of each captured time to the threshold. A value outside its
-    /// converter's range does not count as a reading.
+    /// Makes the noise model of these sensors. `dwell` is the sensitivity of each captured time to the threshold in s/A. A value outside
+    /// the range of its converter does not count as a reading.
     pub fn new(sensors: &SensorSettings, mut readings: Readings, slope: Vec<Sample>, dwell: &[f64]) -> Self {
         let current = variance_of(sensors.noise, sensors.adc, f64::from(sensors.oversampling.max(1)));
         let terminal = sensors.terminal.map_or(0.0, |of| variance_of(of.noise, of.adc, 1.0));
@@ -109,7 +109,7 @@ impl Noise {
         if channel == TIME { self.of_time[sample] } else { self.variance[channel] }
     }
 
-    /// Returns the reciprocals of the variances of a sample's readings; zero for a channel without reading or without noise.
+    /// Returns the reciprocals of the variances of a sample's readings. Zero for a channel that has no reading or no noise.
     fn weights(&self, (sample, measured): (usize, &[bool; CHANNELS])) -> Sample {
         std::array::from_fn(|k| {
             let variance = self.variance(sample, k);
@@ -117,9 +117,9 @@ impl Noise {
         })
     }
 
-    /// Returns three rows for a parameter p, from which J is computed. The first has, for each reading, ∂x/∂p times the reading's weight.
-    /// The second has, for each sample, the weighted sum of ∂x/∂p ∂x/∂t over the channels. The third has this sum times `shared`, the
-    /// sample's factor for jitter.
+    /// Returns three rows for a parameter p, from which the information matrix J is computed. The first row has ∂x/∂p times the weight of
+    /// each reading x. The second has the weighted sum of ∂x/∂p ∂x/∂t over the channels of each sample. The third has this sum times the
+    /// sample's factor for jitter, `shared`.
     fn rows(&self, weights: &[Sample], shared: &[f64], column: &Column) -> [Vec<f64>; 3] {
         let flat = weights.as_flattened().iter().zip(column.slope.as_flattened());
         let weighted = flat.map(|(weight, slope)| weight * slope).collect();
@@ -129,8 +129,9 @@ impl Noise {
         [weighted, along, times_shared]
     }
 
-    /// Returns two flags: whether any reading is free of additive noise (noise and quantization), and whether all readings are. Jitter of the
-    /// sampling instant does not count as noise: it shifts all channels of a sample alike, so combinations of two phases are free of it.
+    /// Returns two flags. The first is true if any reading has no additive noise (noise or quantization), the second if all readings have
+    /// none. Jitter of the sampling instant does not count as noise. It shifts all channels of a sample alike, so combinations of two
+    /// phases are free of it.
     pub fn exact(&self) -> [bool; 2] {
         let measured = self.readings.measured.iter().enumerate();
         let each = measured.flat_map(|(sample, measured)| {
@@ -139,7 +140,7 @@ impl Noise {
         each.fold([false, true], |[any, all], exact| [any || exact, all && exact])
     }
 
-    /// Returns a noise model of the noise-free readings alone, with unit variance in place of zero.
+    /// Returns a noise model that has only the readings without noise. Their variance is set to 1.
     pub fn of_exact(&self) -> Self {
         let mut alone = self.clone();
         for (sample, measured) in alone.readings.measured.iter_mut().enumerate() {
@@ -158,13 +159,14 @@ impl Noise {
         self.readings.measured.iter().any(|measured| measured[channel])
     }
 
-    /// Returns the sensitivity of a channel to its sensor's relative gain error, or of captured times to that of the timer's clock.
+    /// Returns the sensitivity of a channel to the relative gain error of its sensor. For captured times, it is the sensitivity to the
+    /// relative error of the timer's clock.
     pub fn gain(&self, channel: usize) -> Column {
         let slope = self.readings.value.iter().map(|value| only(channel, value[channel])).collect();
         Column { slope, error: [0.0; CHANNELS] }
     }
 
-    /// Returns the sensitivity of a channel to its sensor's offset.
+    /// Returns the sensitivity of a channel to the offset of its sensor.
     pub fn offset(&self, channel: usize) -> Column {
         Column { slope: vec![only(channel, 1.0); self.readings.value.len()], error: [0.0; CHANNELS] }
     }
@@ -178,13 +180,13 @@ fn only(channel: usize, value: f64) -> Sample {
 #[derive(Clone, Debug)]
 pub struct Information {
     matrix: DMatrix<f64>,
-    /// Threshold for zero, see [`RANK`]; larger if difference quotients of captured times are less exact.
+    /// Threshold below which a number counts as zero, see [`RANK`]. It is larger if difference quotients of captured times are less exact.
     rank: f64,
 }
 
 impl Information {
-    /// Computes the information matrix J from the sensitivities. Readings without noise are left out: see
-    /// [`Noise::of_exact`]. The row of a parameter is zero if no reading depends on it.
+    /// Computes the information matrix J from the sensitivities in `columns`. Readings without noise are left out; [`Noise::of_exact`]
+    /// serves for them. A parameter's row is zero if no reading depends on the parameter.
     pub fn new(noise: &Noise, columns: &[Column]) -> Self {
         let n = columns.len();
         let live: Vec<bool> = columns.iter().map(Column::responds).collect();
@@ -229,8 +231,8 @@ impl Information {
         Self { matrix, rank }
     }
 
-    /// Returns the standard deviation of the angle in rad, with prior knowledge of some parameters; infinite if the readings do
-    /// not determine the angle. Directions of the other parameters to which no reading responds are left out.
+    /// Returns the standard deviation of the angle in rad, given priors of some parameters. Infinite if the readings do not determine the
+    /// angle. Combinations of the other parameters that do not affect any reading are left out.
     pub fn deviation(&self, priors: &[Prior]) -> f64 {
         let mut matrix = self.matrix.clone();
         for prior in priors {

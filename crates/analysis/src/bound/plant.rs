@@ -11,10 +11,10 @@ use super::replay::{CHANNELS, Sample, TERMINAL, TIME, replay};
 /// Parameters of motor and diodes that may be unknown besides the angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
-    /// L_A, the mean inductance of a phase. It is changed by an inductance in series, equal along d and q.
+    /// Mean inductance L_A of a phase. It is varied by an inductance in series that is equal along d and q.
     MeanInductance,
-    /// L_B, the variation of a phase's inductance over the angle. It is changed by an inductance in series, added along d and subtracted
-    /// along q.
+    /// Amplitude L_B with which a phase's inductance varies over the angle. It is varied by an inductance in series that is added along d
+    /// and subtracted along q.
     Saliency,
     /// Resistance R of all three phases.
     Resistance,
@@ -32,7 +32,7 @@ impl Unknown {
     }
 }
 
-/// Parameters of a plant to which readings may be sensitive.
+/// A parameter of the plant that may affect the readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Parameter {
     /// Initial rotor angle θ in rad.
@@ -49,16 +49,16 @@ pub enum Parameter {
     Comparator(usize),
 }
 
-/// Factor that enlarges the steps of difference quotients of captured times, because the times are located only to some
-/// picoseconds.
+/// Factor by which the steps of the difference quotients are multiplied if times are captured. The simulation locates these times only to
+/// some picoseconds.
 const OF_TIMES: f64 = 20.0;
 
 /// Numerical error in s of a captured time in the simulation.
 const TIME_ERROR: f64 = 0.2e-9;
-/// Numerical error of a terminal's voltage in the simulation, as a share of the link's voltage.
+/// Numerical error of a terminal's voltage in the simulation, as a share of the DC-link voltage.
 const VOLTAGE_ERROR: f64 = 1e-9;
 
-/// Step of a comparator's offset as a share of the highest threshold.
+/// Step of the difference quotient for a comparator's offset, as a share of the highest threshold.
 const OF_THRESHOLD: f64 = 1e-2;
 
 /// Returns the highest threshold of the commands in A; none if no command has a threshold.
@@ -75,8 +75,8 @@ struct Changed {
 }
 
 impl Parameter {
-    /// Returns the nominal value (infinite if the parameter may become negative) and the step of the difference
-    /// quotient. The step is large against the integrator's error and small against the effect of the third derivative.
+    /// Returns the parameter's nominal value and the step of the difference quotient. The nominal value is infinite if the parameter may
+    /// become negative. The step is large against the integrator's error and small against the effect of the third derivative.
     fn step(self, case: &Case, commands: &[Command<f64>]) -> (f64, f64) {
         let Case { motor, inverter, .. } = case;
         let threshold = highest(commands);
@@ -134,8 +134,8 @@ impl Parameter {
         Changed { motor, inverter, sensors, start_angle }
     }
 
-    /// Computes ∂/∂p of all values of each sample: by central differences, or by one-sided second-order differences if the parameter would
-    /// become negative. `scale`: factor on the default step.
+    /// Computes the derivatives of all values of each sample by the parameter. It uses central differences, or one-sided second-order
+    /// differences if the parameter would become negative. The default step is multiplied by `scale`.
     pub fn column(self, case: &Case, commands: &[Command<f64>], scale: f64) -> Result<Column, RunError> {
         let (nominal, step) = self.step(case, commands);
         let step = match self {
@@ -174,7 +174,7 @@ impl Parameter {
     }
 }
 
-/// Returns a delay in s and the step of its difference quotient: 5 ns, or the whole delay if that is shorter.
+/// Returns a delay in s and the step of its difference quotient in s. The step is 5 ns, or the whole delay if it is shorter.
 fn delay_step(delay: Nanos) -> (f64, f64) {
     let delay = delay.seconds();
     (delay, 5e-9_f64.min(delay))

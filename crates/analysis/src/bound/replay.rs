@@ -5,7 +5,7 @@ use standstill_interface::{
 };
 use standstill_sim::{Case, Ended, NoProbe, RunError, Trace, referee, run};
 
-/// Detector that records each command of an inner detector.
+/// Detector that passes each reading on to another detector, and records the commands of that detector.
 struct Recorder<D> {
     detector: D,
     commands: Vec<Command<f64>>,
@@ -31,9 +31,9 @@ struct Player<'a> {
 
 /// Number of channels of a sample.
 pub const CHANNELS: usize = 8;
-/// Channel of the DC link's current; channels 0 to 2 are the phase currents.
+/// Channel of the DC link's current. The phase currents have channels 0 to 2.
 pub const LINK: usize = 3;
-/// Channel of terminal a's voltage; the next two are those of b and c.
+/// Channel of the voltage of terminal a. The voltages of terminals b and c have the next two channels.
 pub const TERMINAL: usize = 4;
 /// Channel of the captured time.
 pub const TIME: usize = 7;
@@ -47,13 +47,12 @@ pub type Sample = [f64; CHANNELS];
 pub struct Readings {
     /// Values of each sample.
     pub value: Vec<Sample>,
-    /// For each value, true if it is an independent reading, not derived from others, repeated or missing.
+    /// True for each value that is an independent reading, and false for a value that is derived from others, repeated or missing.
     pub measured: Vec<[bool; CHANNELS]>,
 }
 
 impl Readings {
-    /// Adds a sample; `tick`: tick of the timer in s, or none if the captured time has already counted for an earlier
-    /// sample.
+    /// Adds a sample. `tick` is the tick of the timer in s; none if the captured time already counts with an earlier sample.
     fn add(&mut self, reading: &Reading<f64>, tick: Option<f64>) {
         let Reading { current: phase, link_current, terminal, link_sensed, .. } = reading;
         let is_measured = |sensed: &Sensed| *sensed == Sensed::Measured;
@@ -87,7 +86,8 @@ impl Detector<f64> for Player<'_> {
     }
 }
 
-/// Runs a detector on a plant and returns its commands, whatever its outcome; the error is that of a simulation that could not continue.
+/// Runs a detector on a plant and returns its commands, whatever the detector's outcome. An error means that the simulation could not
+/// continue.
 pub fn record(case: &Case, detector: impl Detector<f64>) -> Result<Vec<Command<f64>>, RunError> {
     let mut recorder = Recorder { detector, commands: Vec::new() };
     let ended = run(case, &mut recorder, false, &mut NoProbe).ended;
@@ -99,7 +99,7 @@ fn player<'a>(case: &Case, commands: &'a [Command<f64>]) -> Player<'a> {
     Player { commands: commands.iter(), tick, readings: Readings::default() }
 }
 
-/// Returns `what` if the run came to its end, else the error that ended it.
+/// Returns `what` if the run reached its end, else the error that stopped the run.
 fn of_whole<T>(ended: &Ended<f64>, what: T) -> Result<T, RunError> {
     match ended {
         Ended::Outcome(_) => Ok(what),
@@ -136,8 +136,8 @@ pub fn has_pwm(command: &Command<f64>) -> bool {
         .any(|stage| stage.legs.0.iter().any(|leg| matches!(leg, Leg::Duty(_))))
 }
 
-/// Returns the case with a timer tick of a billionth of the longest pulse with a threshold, so that rounding to whole
-/// ticks does not disturb the difference quotients of captured times.
+/// Returns the case with a very short timer tick: a billionth of the longest pulse with a threshold. Rounding to whole ticks then does not
+/// disturb the difference quotients of captured times.
 pub fn finely_timed<'a>(case: &Case<'a>, commands: &[Command<f64>]) -> Case<'a> {
     let mut case = case.clone();
     let longest = commands.iter().filter(|command| command.threshold.is_some());
@@ -147,8 +147,8 @@ pub fn finely_timed<'a>(case: &Case<'a>, commands: &[Command<f64>]) -> Case<'a> 
     case
 }
 
-/// Returns the commands with samples at all whole multiples of `interval` since the beginning of the first one. A
-/// command with a threshold keeps its own sampling, because the times of its samples depend on the trip.
+/// Returns the commands with new sampling instants: all whole multiples of `interval` since the beginning of the first command. A command
+/// with a threshold keeps its own sampling instants, because they depend on when the comparator trips.
 pub fn every(commands: &[Command<f64>], interval: Nanos) -> Vec<Command<f64>> {
     let interval = Nanos(interval.0.max(1));
     let mut start = Nanos::ZERO;
@@ -169,10 +169,10 @@ pub fn every(commands: &[Command<f64>], interval: Nanos) -> Vec<Command<f64>> {
     commands.iter().map(resample).collect()
 }
 
-/// Returns the time derivative of each value at each sample, in its unit per s. It is the central difference of two
-/// replays, one with all samples earlier by `reach` and one with all samples later. A sample that would leave its
-/// command is not moved, because the sampler clips jitter there. Its derivative is then half the one-sided difference
-/// quotient, whose effect is slightly smaller than that of the clipped jitter.
+/// Returns the time derivative of each value at each sample, in the unit of the value per s. It is the central difference of two replays:
+/// one samples earlier by `reach`, the other later by `reach`. A sample that would leave its command is not moved, because the sampler
+/// clips jitter at the command's ends. The derivative of such a sample is half the one-sided difference quotient, whose effect is slightly
+/// smaller than that of the clipped jitter.
 pub fn slope(
     case: &Case,
     commands: &[Command<f64>],

@@ -2,39 +2,39 @@
 
 use super::{Look, Looks, Search, Side, View};
 
-/// An edge of a stretch; the limits do not hold beyond it.
+/// An edge of a stretch of values. The limits hold inside the stretch, but not beyond the edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
     /// End of the stretch at which the edge lies.
     pub side: Side,
-    /// Last value at which the limits hold.
+    /// Last value inside the stretch at which the limits hold.
     pub value: f64,
-    /// Lower and upper end of the edge's 95 % interval. The end inside the stretch is `None` if the limits surely hold at no tried value;
-    /// the end outside, if they surely fail at none.
+    /// Lower and upper end of the edge's 95 % interval. The end inside the stretch is `None` if the limits surely hold at no tried value.
+    /// The end outside the stretch is `None` if the limits surely fail at no tried value.
     pub interval: [Option<f64>; 2],
     /// True if the interval is as narrow as requested.
     pub narrow: bool,
-    /// Number of trials at each of the values tried last.
+    /// Number of trials at each of the values that were tried last.
     pub trials: u64,
-    /// Approximate number of trials that would make the interval as narrow as requested; none if it is narrow already,
-    /// or if no forecast number would suffice.
+    /// Approximate number of trials that would make the interval as narrow as requested. None if the interval is narrow already, or if no
+    /// forecast number of trials would suffice.
     pub needed: Option<u64>,
-    /// Limits that are broken beyond the edge, or the reason why no value is possible there.
+    /// Reason why the limits do not hold beyond the edge.
     pub bound: Bound,
 }
 
 /// Reason why the limits do not hold beyond an edge.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Bound {
-    /// Indices of the limits that are broken.
+    /// Measures exceed the limits with these indices.
     Limits(Vec<usize>),
-    /// Starts without an answer break the limits; the starts with an answer keep all limits.
+    /// Starts without an answer break the limits. The starts with an answer alone would keep them.
     Unanswered,
     /// Values beyond the edge are invalid.
     Refused,
 }
 
-/// Transition of a condition: the last position that fulfils the condition, and the next position that does not.
+/// Positions between which a condition ceases to hold: the last position at which it holds, and the next position, at which it does not.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
     last: Option<f64>,
@@ -54,8 +54,8 @@ impl Bound {
 }
 
 impl Search {
-    /// Finds the edge between two neighbouring positions: the first keeps the limits, and the second, with index `end`,
-    /// does not. Trials are increased until the interval is narrow enough. Positions are ordered from inside the
+    /// Finds the edge between two neighbouring positions. At the first position the limits hold. At the second, which has the index `end`,
+    /// they do not. The number of trials is increased until the edge's interval is narrow enough. `places` are ordered from inside the
     /// stretch outwards. None if the limits turn out to hold up to the last position.
     pub(super) fn edge<E>(
         &self,
@@ -103,7 +103,7 @@ impl Search {
         }
     }
 
-    /// Returns the number of trials of the next attempt; `needed`: forecast of the number that suffices.
+    /// Returns the number of trials of the next attempt. `needed` is a forecast of the number of trials that suffices.
     fn more(&self, trials: u64, needed: Option<u64>) -> u64 {
         // A forecast from few trials is a guess, so the next number is limited to sixty times the present one.
         let most = trials.saturating_mul(60);
@@ -111,8 +111,7 @@ impl Search {
         next.max(self.sure_from.saturating_mul(2).min(most)).min(self.most)
     }
 
-    /// Returns true if this number of trials, at the most favourable of these positions, shows that the limits surely
-    /// hold.
+    /// Returns true if this number of trials shows that the limits surely hold at the most favourable of these positions.
     fn may_be_sure<E>(&self, looks: &mut Looks<'_, '_, E>, places: &[f64], trials: u64) -> Result<bool, E> {
         if trials < self.sure_from {
             return Ok(false);
@@ -129,7 +128,7 @@ impl Search {
         Ok(looks.at(place, trials)?.is_some_and(|look| look.holds(View::Bad)))
     }
 
-    /// Finds the position at which a condition ceases to hold; the search begins at the position with index `end`.
+    /// Finds the position at which the limits, judged by `view`, cease to hold. The search begins at the position with index `end`.
     fn turn<E>(
         &self,
         looks: &mut Looks<'_, '_, E>,
@@ -194,9 +193,9 @@ impl Search {
     }
 }
 
-/// Estimates where a ratio is 1, by linear interpolation of its logarithm between two positions. The estimate is
-/// shifted towards the farther position, so that the next look closes the bracket. `close`: length at which the bracket
-/// is short enough.
+/// Estimates the position at which a ratio is 1, by linear interpolation of the ratio's logarithm between two positions. The estimate is
+/// shifted towards the farther position, so that the next result is likely to leave a short bracket. A bracket of length `close` is short
+/// enough.
 fn guess(good: (f64, f64), bad: (f64, f64), close: f64) -> Option<f64> {
     let crossing = -good.1 / (bad.1 - good.1);
     if !(0.0..=1.0).contains(&crossing) || !(bad.1 - good.1).is_finite() || bad.1 == good.1 {

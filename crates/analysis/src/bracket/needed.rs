@@ -6,11 +6,11 @@ use standstill_quantity::{magnitude, rounded};
 use super::{Look, Looks, Search, Side, forecast_trials};
 
 impl Search {
-    /// Returns about how many trials would make the interval of an edge at this value as narrow as requested. None if no forecast
-    /// number of trials would.
+    /// Estimates the number of trials that would make the interval of an edge at this value as narrow as requested. None if no forecast
+    /// number of trials would suffice.
     ///
-    /// Each look forecasts the confidence interval of its worst ratio after more trials. The edge's interval ends where these
-    /// forecasts, interpolated between the looks, cross one.
+    /// Each result forecasts the confidence interval of its largest ratio after more trials. The edge's interval ends where these
+    /// forecasts, interpolated between the results, cross 1.
     pub(super) fn needed<E>(
         &self,
         looks: &Looks<'_, '_, E>,
@@ -63,8 +63,8 @@ fn is_within(x: f64, edge: f64, side: Side) -> bool {
     if side == Side::Largest { x <= edge } else { x >= edge }
 }
 
-/// Returns one end (0: lower, 1: upper) of the largest ratio's forecast interval after this number of trials, which is forecast `number`. A
-/// result that is already clear stays clear.
+/// Returns an end of the largest ratio's forecast interval after this number of trials. `end` is 0 for the lower end and 1 for the upper.
+/// `number` is the index of the forecast. A result that is already clear stays clear.
 fn share(look: &Look, number: usize, end: usize, trials: u64) -> f64 {
     match look.clear {
         Some(kept) if trials >= look.trials => {
@@ -75,8 +75,8 @@ fn share(look: &Look, number: usize, end: usize, trials: u64) -> f64 {
     }
 }
 
-/// Returns the value at which a ratio crosses 1 for the first time on the way through the looks: from above if `falls`, else from below.
-/// The value is interpolated between two looks; none if the ratio does not cross 1.
+/// Returns the value at which a ratio first crosses 1 on the way through the results. If `falls` is true, the ratio crosses from above,
+/// otherwise from below. The value is interpolated between two results. None if the ratio does not cross 1.
 fn crossing(looks: &[(f64, &Look)], share: impl Fn(&Look) -> f64, falls: bool) -> Option<f64> {
     let beyond = |share: f64| (share <= 1.0) == falls;
     let number = looks.iter().position(|(_, look)| beyond(share(look)))?;
@@ -89,7 +89,7 @@ fn crossing(looks: &[(f64, &Look)], share: impl Fn(&Look) -> f64, falls: bool) -
     Some(from_x + part * (x - from_x))
 }
 
-/// Rounds up to two significant digits.
+/// Rounds a number of trials up to two significant digits.
 fn two_digits(trials: f64) -> Option<u64> {
     let last = magnitude(trials)? - 1;
     Some(whole(rounded(rounded(trials, -last).ceil(), last)))

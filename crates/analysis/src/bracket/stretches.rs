@@ -7,7 +7,7 @@ use super::{Look, Looks, Search, View};
 /// Largest number of bisections between two neighbouring values of a scan that break different limits.
 const HALVINGS: u32 = 8;
 
-/// Largest number of trials, as a multiple of the scan's, with which the search decides whether two stretches are one.
+/// Largest number of trials at a value when the search decides whether two stretches are one, as a multiple of the scan's number of trials.
 const CLOSER: u64 = 16;
 
 /// Returns the stretches of a scan in which the limits hold, as ranges of indices.
@@ -24,9 +24,8 @@ pub(super) fn of(scan: &[(f64, bool)]) -> Vec<Range<usize>> {
 }
 
 impl Search {
-    /// Finds a position where the limits hold between two neighbouring values of the scan that break different limits.
-    /// For example, a short pulse is too noisy and a long one moves the rotor, but a length between them may keep both
-    /// limits.
+    /// Finds a position at which the limits hold, between two neighbouring values of the scan that break different limits. For example, a
+    /// short pulse is too noisy and a long pulse moves the rotor, but a pulse of a length between them may keep both limits.
     pub(super) fn between<E>(
         &self,
         looks: &mut Looks<'_, '_, E>,
@@ -61,9 +60,8 @@ impl Search {
         Ok(None)
     }
 
-    /// Decides which of several stretches are real, with more trials at every value. Stretches are joined unless the
-    /// limits surely fail somewhere between them. A stretch in which the limits surely hold nowhere is dropped; if no
-    /// stretch remains, the widest one is kept.
+    /// Runs more trials at every value to decide which of several stretches are real. Stretches are joined unless the limits surely fail
+    /// somewhere between them. A stretch is dropped if the limits surely hold nowhere in it. If no stretch remains, the widest one is kept.
     pub(super) fn settle<E>(&self, looks: &mut Looks<'_, '_, E>, scan: &mut [(f64, bool)]) -> Result<(), E> {
         if of(scan).len() < 2 {
             return Ok(());

@@ -9,7 +9,7 @@ use crate::Trials;
 use crate::subset::{SAMPLED, of_samples};
 use crate::trials::Codes;
 
-/// A source of error: a key, and the draws whose spread it sets.
+/// A source of error: a key of the scenario, and the random draws whose spread this key sets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
     /// Path of the key, such as `sensors.noise`.
@@ -18,12 +18,12 @@ pub struct Source {
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-/// The random inputs of a start that belong to a source.
+/// The random inputs of a simulated motor start that belong to a source.
 enum Of {
     /// Random draws of a trial: their purpose, name and indices.
     Draws {
         purpose: Purpose,
-        /// Key whose tolerance the draws give; empty for other draws.
+        /// Key whose value the draws vary within its tolerance. Empty for draws that are no tolerances.
         name: String,
         /// Indices of the draws within their purpose.
         range: Range<usize>,
@@ -32,7 +32,7 @@ enum Of {
     Codes,
 }
 
-/// All random inputs of a start.
+/// All random inputs of a simulated motor start.
 #[derive(Clone, Debug)]
 pub(super) struct Start {
     pub tape: Tape,
@@ -56,8 +56,8 @@ pub(crate) fn lengths<'t>(tapes: impl Iterator<Item = &'t mut Tape>) -> Lengths 
 }
 
 impl Source {
-    /// Lists all sources of error of a scenario: random draws and the rounding of converters. Rounding is left out with a
-    /// detector from a library, which knows the offset of the codes.
+    /// Lists all sources of error of a scenario: random draws and the converters' rounding. Rounding is left out if the detector comes from
+    /// a library, because such a detector knows the offset of the codes.
     pub fn all(trials: &Trials<'_>) -> Vec<Self> {
         let mut sources = Self::drawn(trials);
         let scenario = trials.scenario();
@@ -77,8 +77,8 @@ impl Source {
         self.of == Of::Codes
     }
 
-    /// Lists the sources that trials draw with a spread above zero: errors of sensors, drive and brake, faults, and the motor's tolerances.
-    /// The resolver's error is left out, because a detection does not depend on it.
+    /// Lists the sources that are random draws with a spread above zero: errors of sensors, drive and brake, faults, and the motor's
+    /// tolerances. The resolver's error is left out, because a detection does not depend on it.
     pub(crate) fn drawn(trials: &Trials<'_>) -> Vec<Self> {
         let scenario = trials.scenario();
         let source = |key: &str, purpose, name: &str, range| Self {
@@ -100,8 +100,9 @@ impl Source {
         sources
     }
 
-    /// Returns the parts of the source, each with its name in words. Each draw is a part of its own, except that the errors of all samples,
-    /// the draws of the ripple's phase and those of the remanence stay together. `faults`: the scenario's faults.
+    /// Returns the parts of the source, each with its name in words. Each draw is a part of its own, with three exceptions that form one
+    /// part each: the errors of all samples, the draws of the ripple's phase, and the draws of the remanence. `faults` are the scenario's
+    /// faults.
     pub(crate) fn parts(&self, faults: &[FaultSettings]) -> Vec<(String, Self)> {
         let Of::Draws { purpose, name, range } = &self.of else { return Vec::new() };
         let together = of_samples(*purpose) || matches!(purpose, Purpose::Ripple | Purpose::Memory);
@@ -125,13 +126,14 @@ impl Source {
         range.clone().map(part).collect()
     }
 
-    /// Returns the source's only draw on a tape, in standard deviations; none if the source has several draws.
+    /// Returns the draw of a source that has only one draw, in standard deviations. None if the source has several draws.
     pub(crate) fn draw(&self, tape: &mut Tape) -> Option<f64> {
         let Of::Draws { purpose, name, range } = &self.of else { return None };
         (range.len() == 1).then(|| tape.normals_named(*purpose, name).get(range.start).copied())?
     }
 
-    /// Returns start `a` with this source's draws taken from start `b`. If the trial reads more draws than `b` has, it draws them anew.
+    /// Returns start `a` with this source's draws taken from start `b`. Draws that `b` does not have are drawn anew when the trial reads
+    /// them.
     pub(super) fn mixed(&self, a: &Start, b: &Start) -> Start {
         let mut mixed = a.clone();
         let Of::Draws { purpose, name, range } = &self.of else { return Start { codes: b.codes, ..mixed } };
@@ -146,14 +148,14 @@ impl Source {
         mixed
     }
 
-    /// Returns this start without this source: its draws are set to their means, or its rounding is removed.
+    /// Returns the start without this source. The source's draws are set to their means, or its rounding is removed.
     pub(super) fn removed(&self, start: &Start, longest: &Lengths) -> Start {
         let mut start = start.clone();
         self.remove(&mut start, longest);
         start
     }
 
-    /// Returns this start with this source as its only error: all others of `all` are removed.
+    /// Returns the start with this source as its only error. All other sources in `all` are removed.
     pub(super) fn alone(&self, start: &Start, all: &[Self], longest: &Lengths) -> Start {
         let mut start = start.clone();
         for other in all.iter().filter(|other| *other != self) {

@@ -7,7 +7,7 @@ use toml::Value;
 
 use super::CHECKS;
 
-/// Time in s for which a contact opens in an entry that begins [`Begins::Briefly`].
+/// Time in s for which a contact is open in an entry that begins [`Begins::Briefly`].
 const INSTANT: f64 = 50e-6;
 
 choice! {
@@ -22,14 +22,14 @@ choice! {
     }
 }
 
-/// One entry of a study of faults: one or two faults that a drive has at once, or none.
+/// One entry of a study of faults. It has no fault, one fault, or two faults that a drive has at once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// The failure modes: one or two; empty for the drive without a fault.
+    /// One or two failure modes. Empty for the drive without a fault.
     pub modes: Vec<FaultMode>,
     /// When the faults begin.
     pub begins: Begins,
-    /// Keys of the scenario that make the faults, such as `faults.0.mode`, with their values.
+    /// Keys that put the faults into a scenario, such as `faults.0.mode`, with their values.
     pub keys: Vec<(String, Value)>,
 }
 
@@ -39,24 +39,24 @@ impl Entry {
         Self { modes: Vec::new(), begins: Begins::Before, keys: Vec::new() }
     }
 
-    /// Returns the failure mode if the entry has exactly one fault.
+    /// Returns the failure mode if the entry has exactly one fault, else none.
     pub fn single(&self) -> Option<FaultMode> {
         if let [mode] = self.modes[..] { Some(mode) } else { None }
     }
 
-    /// Returns the failure mode if the entry has exactly one fault and the fault is there before the detection. Failure rates apply to
-    /// these entries alone.
+    /// Returns the failure mode if the entry has exactly one fault and this fault begins before the detection, else none. Failure rates
+    /// apply only to such entries.
     pub fn weighed(&self) -> Option<FaultMode> {
         self.single().filter(|_| self.begins == Begins::Before)
     }
 
-    /// Returns the names of the failure modes, joined by ` + `; none for the drive without a fault.
+    /// Returns the names of the failure modes, joined by ` + `. None for the drive without a fault.
     pub fn name(&self) -> Option<String> {
         let names: Vec<&str> = self.modes.iter().map(|mode| mode.name()).collect();
         (!names.is_empty()).then(|| names.join(" + "))
     }
 
-    /// Makes the entry of two faults with their typical sizes, after the `before` faults that the scenario already has.
+    /// Makes the entry of two faults with their typical sizes. `before` is the number of faults that the scenario already has.
     pub fn pair(modes: [FaultMode; 2], scenario: &Scenario<Method<f64>>, before: usize) -> Self {
         let [mut first, second] = [0, 1].map(|k| Self::usual(modes[k], scenario, before + k));
         first.modes.extend(second.modes);
@@ -64,7 +64,7 @@ impl Entry {
         first
     }
 
-    /// Makes the entry of a fault with its typical size, after the `before` faults that the scenario already has.
+    /// Makes the entry of a fault with its typical size. `before` is the number of faults that the scenario already has.
     pub fn usual(mode: FaultMode, scenario: &Scenario<Method<f64>>, before: usize) -> Self {
         let key = |name: &str| format!("faults.{before}.{name}");
         let mut keys = vec![(key("mode"), Value::from(mode.name()))];
@@ -85,7 +85,7 @@ impl Entry {
         Self { modes: vec![mode], begins: Begins::Before, keys }
     }
 
-    /// Returns the entry with these keys in place of its own, or beside them.
+    /// Returns the entry with these keys added. A key that the entry already has is replaced.
     ///
     /// ```
     /// use std::path::Path;
@@ -111,8 +111,8 @@ impl Entry {
         self
     }
 
-    /// Iterates over the times at which a study lets a fault of this mode begin: before the detection; during the detection, if the mode
-    /// can begin then; and for an open phase also during the detection for 50 µs.
+    /// Iterates over the times at which a fault of this mode begins in a study. Every fault begins before the detection. If the mode allows
+    /// it, the fault also begins during the detection. An open phase also begins during the detection for only 50 µs.
     pub fn ways(mode: FaultMode) -> impl Iterator<Item = Begins> {
         Begins::ALL.into_iter().filter(move |begins| match begins {
             Begins::Before => true,
@@ -121,8 +121,8 @@ impl Entry {
         })
     }
 
-    /// Returns a copy of the entry with further keys, by which each trial draws the onset of its fault between 0 and `duration`, the duration
-    /// of a detection in s.
+    /// Returns a copy of the entry with further keys. If the fault begins during the detection, they let each trial draw its onset between
+    /// 0 and `duration`. `duration` is the duration of a detection in s.
     ///
     /// ```
     /// use std::path::Path;
@@ -158,8 +158,8 @@ impl Entry {
         self.keys.iter().map(|(key, value)| format!("{key}={}", text(value))).collect()
     }
 
-    /// Makes two plans of a document with the fault: one as it is, one without the method's checks. A method without
-    /// checks has no second plan.
+    /// Makes two plans of a document with the fault. The first plan keeps the method's checks as they are, the second switches them off.
+    /// There is no second plan for a method without checks.
     ///
     /// # Errors
     /// The scenario is invalid with the fault, or without the checks.

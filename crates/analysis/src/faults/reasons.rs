@@ -2,15 +2,15 @@
 
 use standstill_scenario::FaultMode;
 
-/// Readings of a current that are wrong.
+/// Reasons for no answer that name a faulty current sensor.
 const SENSORS: &[&str] =
     &["current sensors disagree", "current clipped by the ADC", "current seen by no sensor"];
 
-/// Readings of the link's voltage that are wrong, or a link whose voltage is.
+/// Reasons for no answer that name a faulty DC link or a faulty sensor of its voltage.
 const LINK: &[&str] = &["DC link not as on the data sheet", "DC-link voltage clipped by the ADC"];
 
-/// Returns the reasons for no answer, by their names, that name the faulty part of a mode, and so where to look for the fault. Empty if no
-/// method has such a reason: then each detection of this fault has another reason.
+/// Returns the names of those reasons for no answer that name the faulty part of a failure mode. They tell where to look for the fault.
+/// Empty if no method has such a reason, so that every detection of this fault has another reason.
 ///
 /// ```
 /// use standstill_analysis::faults::reasons_that_name;

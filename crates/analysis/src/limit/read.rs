@@ -18,7 +18,7 @@ const MEASURES: &str =
 #[error("`{text}` {wrong}")]
 pub struct LimitError {
     text: String,
-    /// Reason, and the texts that are allowed: the end of the message.
+    /// End of the error message: the reason, and the texts that are allowed.
     wrong: String,
 }
 
@@ -57,7 +57,7 @@ const TIMES: &str = "a time above 0 s, such as `20 ms`";
 const CURRENTS: &str = "a current above 0 A, such as `8 A` or `800 mA`";
 
 impl Measure {
-    /// Parses a bound of this measure. The error contains the text found and the bounds allowed.
+    /// Parses a bound of this measure. The error contains the text that was found and the bounds that are allowed.
     fn bound(self, text: &str) -> Result<f64, (String, &'static str)> {
         let least = f64::MIN_POSITIVE;
         let (found, needed) = match self {
@@ -73,7 +73,7 @@ impl Measure {
     }
 }
 
-/// Parses limits separated by commas; `of` parses the bound of a measure.
+/// Parses limits separated by commas. The function `of` parses the bound of a measure.
 fn each<T>(
     text: &str,
     of: impl Fn(Measure, &str) -> Result<T, (String, &'static str)>,

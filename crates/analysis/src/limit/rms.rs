@@ -9,7 +9,7 @@ use standstill_campaign::{Estimate, binomial_interval};
 
 use crate::sobol::ratio;
 
-/// Axis error in degrees that a start without an answer counts as.
+/// Axis error in degrees with which a start without an answer counts.
 const COUNTS: f64 = 90.0;
 
 /// Statistics of the observed starts, from which the root mean square is estimated.
@@ -67,36 +67,35 @@ impl Seen {
     }
 }
 
-/// Returns the root mean square with an interval from the observed starts only, for comparisons on common random
-/// numbers.
+/// Returns the root mean square with an interval that covers only the observed starts, for comparisons on common random numbers.
 pub(super) fn seen(values: &[f64]) -> Estimate {
     let squares = values.iter().map(|e| if e.is_finite() { e * e } else { COUNTS * COUNTS });
     ratio(squares.map(|square| (square, 1.0))).map(|x| x.max(0.0).sqrt())
 }
 
-/// Returns the share of starts without an answer with its exact 95 % interval.
+/// Returns the share of starts without an answer, with the exact 95 % interval of this share.
 pub(super) fn without_answer(values: &[f64]) -> Estimate {
     let count = values.iter().filter(|error| !error.is_finite()).count();
     binomial_interval(count as u64, values.len() as u64)
 }
 
-/// Returns a lower bound of the mean square: half the lower end of the median's interval, because half of all values exceed the
+/// Returns a lower bound of the mean square. It is half the lower end of the median's interval, because half of all values exceed the
 /// median.
 fn least(squares: &[f64], trials: f64) -> f64 {
     0.5 * super::quantile(squares, 0.5, trials).low
 }
 
-/// The part of an rms estimate that is mainly caused by starts without an answer, each counted as 90°.
+/// Part of an rms estimate that is mainly caused by starts without an answer. Each such start counts as 90°.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dominated {
-    /// The value: starts without an answer cause more than half of the mean square.
+    /// The estimated value. Starts without an answer cause more than half of the mean square.
     Value,
-    /// The upper end of the interval: starts without an answer may cause more than half of its square.
+    /// The upper end of the interval. Starts without an answer may cause more than half of its square.
     Interval,
 }
 
-/// Returns the part of a root mean square that is mainly caused by starts without an answer; `share`: their share. None
-/// if neither part is.
+/// Returns the part of an rms estimate that is mainly caused by starts without an answer. `share` is the share of these starts. None if
+/// they cause no part mainly.
 pub fn dominated(rms: &Estimate, share: &Estimate) -> Option<Dominated> {
     let most = |share: f64, rms: f64| share > 0.0 && share * COUNTS * COUNTS > rms * rms / 2.0;
     if most(share.value, rms.value) {
@@ -106,23 +105,23 @@ pub fn dominated(rms: &Estimate, share: &Estimate) -> Option<Dominated> {
     }
 }
 
-/// Returns true if the uncertainty of the share of starts without an answer makes most of the upper part of an rms interval: more than half
-/// of the difference between the squares of its upper end and its value.
+/// Returns true if the upper part of an rms interval is mainly due to the uncertain share of starts without an answer. It then causes more
+/// than half of the difference between the squares of the interval's upper end and of the rms.
 pub fn widens(rms: &Estimate, share: &Estimate) -> bool {
     2.0 * square_of(share.high - share.value) > rms.high * rms.high - rms.value * rms.value
 }
 
-/// Returns the rms error in degrees if a share of the starts has no answer and the other starts have no error.
+/// Returns the rms error in degrees if this share of the starts has no answer and the other starts have no error.
 pub fn made_by(share: f64) -> f64 {
     COUNTS * share.sqrt()
 }
 
-/// Returns the mean square error in degrees² that a share of starts without an answer adds.
+/// Returns the mean square error in degrees² that this share of starts without an answer adds.
 pub fn square_of(share: f64) -> f64 {
     COUNTS * COUNTS * share
 }
 
-/// Returns the share of starts without an answer with which the rms error is `most` degrees if the other starts have no error.
+/// Returns the share of starts without an answer that makes an rms error of `most` degrees if the other starts have no error.
 pub(super) fn share_of(most: f64) -> f64 {
     (most / COUNTS) * (most / COUNTS)
 }

@@ -7,7 +7,7 @@ use standstill_plant::{Winding, rotor_angle_from_lines};
 
 use super::{TABLE_1, TABLE_2};
 
-/// One statement of the audit with its result.
+/// One statement of the paper, and whether the audit confirms it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
     /// Place of the statement in the paper.
@@ -35,18 +35,18 @@ fn finding(
     Finding { place, quantity, printed, recomputed, agrees: note.is_none(), note: note.unwrap_or_default() }
 }
 
-/// Returns 2θ in degrees, in [0, 360)°, from three line inductances, with the sign of the saliency of interior magnets.
+/// Returns 2θ in degrees from three line inductances, in the range [0, 360)°. The saliency has the sign of interior magnets.
 fn twice_angle(lines: [f64; 3]) -> f64 {
     2.0 * rotor_angle_from_lines(Abc(lines), -1.0).to_degrees()
 }
 
-/// Returns the signed difference of two angles in degrees, in (−180, 180]°.
+/// Returns the angle `a` minus the angle `b` in degrees, in the range (−180, 180]°.
 fn way(a: f64, b: f64) -> f64 {
     let way = (a - b).rem_euclid(360.0);
     if way > 180.0 { way - 360.0 } else { way }
 }
 
-/// Audits the equations, the tables and the rating.
+/// Audits the paper's equations, tables and power rating.
 pub fn audit() -> Vec<Finding> {
     [equations(), table_1(), vec![relabelling()], table_2(), vec![rating()]].concat()
 }
@@ -77,8 +77,8 @@ fn table_1() -> Vec<Finding> {
     rows.collect()
 }
 
-/// Searches for an order of the rows and columns, a sign of the saliency, a direction of rotation and a constant offset
-/// that together would explain the printed angles.
+/// Searches for an explanation of the printed angles: an order of the rows and columns, a sign of the saliency, a direction of rotation and
+/// a constant offset.
 fn relabelling() -> Finding {
     let mut best = (f64::INFINITY, String::new());
     for columns in orders(3) {
@@ -108,7 +108,7 @@ fn relabelling() -> Finding {
     finding("Table 1", "2θ by any relabelling of rows and columns", "five angles".to_owned(), found, note)
 }
 
-/// Returns all permutations of `n` indices.
+/// Returns all permutations of the indices 0 to `n` − 1.
 fn orders(n: usize) -> Vec<Vec<usize>> {
     if n == 0 {
         return vec![Vec::new()];
@@ -119,7 +119,7 @@ fn orders(n: usize) -> Vec<Vec<usize>> {
     orders(n - 1).into_iter().flat_map(within).collect()
 }
 
-/// Returns half of the shortest arc that contains all angles in [0, 360)°. This is their largest error after the best
+/// Returns half of the shortest arc that contains all `angles`, which are in [0, 360)°. It is the largest error that remains after the best
 /// constant offset is removed.
 fn half_arc(mut angles: Vec<f64>) -> f64 {
     angles.sort_unstable_by(f64::total_cmp);
@@ -128,7 +128,7 @@ fn half_arc(mut angles: Vec<f64>) -> f64 {
     (360.0 - gap) / 2.0
 }
 
-/// Audits the equations themselves, at the first resolver angle on the inferred winding.
+/// Audits the paper's equations for the inferred winding, at the first resolver angle.
 fn equations() -> Vec<Finding> {
     let winding = Winding { mean_inductance: 9.2e-3, saliency: -2.1e-3, leakage: 0.0 };
     let angle = TABLE_2[0].measured_deg.to_radians();
@@ -199,7 +199,7 @@ fn table_2() -> Vec<Finding> {
     findings
 }
 
-/// Audits the rating of 5.5 kW at 8 A: without overmodulation, a 550 V link gives a line voltage of 550/√2 V rms.
+/// Audits the paper's rating of 5.5 kW at 8 A. Without overmodulation, a 550 V link gives a line voltage of 550/√2 V rms.
 fn rating() -> Finding {
     let apparent = 3.0_f64.sqrt() * 550.0 / 2.0_f64.sqrt() * 8.0 / 1000.0;
     let note = "beyond the apparent power of linear modulation, whatever the power factor";

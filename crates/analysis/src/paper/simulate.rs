@@ -7,12 +7,12 @@ use standstill_sim::{NoProbe, run};
 use super::TABLE_2;
 use standstill_scenario::{Record, Scenario, Specimen};
 
-/// One simulated row of both tables.
+/// Simulation of one row of the paper's two tables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimulatedRow {
-    /// Initial electrical rotor angle in degrees: the paper's resolver angle.
+    /// Initial electrical rotor angle in degrees. It is the angle of the paper's resolver.
     pub angle_deg: f64,
-    /// Line inductances L_AB, L_BC, L_CA in H at this angle, by the paper's equation (4).
+    /// Line inductances L_AB, L_BC and L_CA in H at this angle, from the paper's equation (4).
     pub ideal_lines: Abc<f64>,
     /// Record of the trial.
     pub record: Record,
@@ -21,15 +21,16 @@ pub struct SimulatedRow {
 }
 
 impl SimulatedRow {
-    /// Returns the angle found minus the resolver's angle, in (−180, 180]°, as the paper states its errors; none if no
-    /// angle was found.
+    /// Returns the found angle minus the simulated resolver's angle, in degrees in the range (−180, 180]°. The paper states its errors in
+    /// this way. None if no angle was found.
     pub fn error_to_resolver_deg(&self) -> Option<f64> {
         let resolver = Angle::from_degrees(self.resolver_deg);
         self.record.run.found().map(|found| Angle::from_radians(found).difference(resolver).to_degrees())
     }
 }
 
-/// Simulates the five rows with one specimen of inverter and sensors, as on the authors' bench, and with fresh noise in each row.
+/// Simulates the tables' five rows. As on the authors' bench, all rows have the same specimen of inverter and sensors. Each row has noise
+/// of its own.
 ///
 /// # Errors
 /// The detector cannot work with its settings.

@@ -11,7 +11,7 @@ use super::rare::Rare;
 use super::sequential::{Mean, Share};
 use crate::faults::is_detected;
 
-/// Axis error in degrees that a start without an answer counts as; no axis error is larger.
+/// Axis error in degrees with which a start without an answer counts. No axis error is larger.
 const LARGEST_DEG: f64 = 90.0;
 
 choice! {
@@ -27,59 +27,61 @@ choice! {
     }
 }
 
-/// The statement that a claim makes, with its limit.
+/// The statement that a claim makes, and the limit in this statement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Claimed {
     /// The rms of the axis error is at most this value in degrees.
     Rms(f64),
-    /// The share of starts with this result is at most the last value. If the flag is true, starts without an answer count as if they had
-    /// this result.
+    /// The share of starts with the given result is at most the last value. If the flag is true, starts without an answer count as if they
+    /// had this result.
     Share(Bad, bool, f64),
-    /// Some starts are dangerous without the method's checks. With the checks, at most this share of them has an answer.
+    /// A limit on starts that are dangerous with the method's checks off. The share of them that still has an answer with the checks on is
+    /// at most this value.
     Undetected(f64),
 }
 
-/// Results of the trials, as far as they matter for a claim.
+/// Results of the trials that matter for a claim.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Seen {
     /// Number of starts that count against the claim.
     pub cases: u64,
-    /// Number of starts that the claim concerns: all starts, or for [`Claimed::Undetected`] the dangerous ones.
+    /// Number of starts that the claim concerns. These are all starts, or only the dangerous ones for [`Claimed::Undetected`].
     pub of: u64,
-    /// For a claim about an rms: the squared errors, divided by the square of 90°.
+    /// Squared errors, divided by the square of 90°. Empty unless the claim is about an rms.
     pub squares: Vec<f64>,
-    /// Number of a start, and its error in degrees (NaN without an error): for an rms the start with the largest error, else the first
-    /// start that counts against the claim.
+    /// Number of the worst start, and its error in degrees (NaN if it has none). For an rms this is the start with the largest error.
+    /// Otherwise it is the first start that counts against the claim.
     pub worst: Option<(u64, f64)>,
 }
 
-/// One statement of a requirement in one case.
+/// A statement that a requirement makes about one case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Claim {
-    /// Index of the requirement in its list.
+    /// Index of the claim's requirement in the list.
     pub requirement: usize,
-    /// The statement, with its limit.
+    /// The statement and its limit.
     pub claimed: Claimed,
-    /// True if the claim was added to one that a method could meet by giving no answers: it states that few starts have no answer.
+    /// True if this claim guards another claim, which a method could meet by giving no answers. This claim then states that few starts have
+    /// no answer.
     pub guards: bool,
     /// Largest number of trials that may be run for the claim.
     pub most: u64,
-    /// Probability with which this claim's verdict may be wrong.
+    /// Probability that the verdict on this claim is wrong.
     pub alpha: f64,
     /// Results of the trials.
     pub seen: Seen,
-    /// Number of trials after which the claim was decided; if it is undecided, number of trials that were run.
+    /// Number of trials after which the claim was decided. If the claim is undecided, it is the number of trials that were run.
     pub trials: u64,
     /// Verdict from plain trials.
     pub plain: Verdict,
     /// Result of subset simulation, if it was requested.
     pub rare: Option<Rare>,
-    /// Reason why the claim cannot be passed, whatever the trials show.
+    /// Reason why the claim cannot pass, whatever the trials show. None if it can pass.
     pub open: Option<String>,
 }
 
 impl Claim {
-    /// Returns the verdict from subset simulation if it reached the event, else from plain trials.
+    /// Returns the verdict from subset simulation if that simulation reached the event. Otherwise returns the verdict from plain trials.
     pub fn verdict(&self) -> Verdict {
         let found = match &self.rare {
             Some(rare) if rare.plain.is_some() => self.shown(),
@@ -92,9 +94,9 @@ impl Claim {
         }
     }
 
-    /// Returns two numbers of starts: those that count against the claim, and all that it concerns. They include the plain trials of a
-    /// subset simulation that did not reach the event. These are further trials of the same event, so the sequential test goes on with them
-    /// at the same probability of error.
+    /// Returns the number of starts that count against the claim, and the number of all starts that it concerns. Both include the plain
+    /// trials of a subset simulation that did not reach the event. These are further trials of the same event, so the sequential test goes
+    /// on with them at the same probability of error.
     pub fn counts(&self) -> [u64; 2] {
         let [cases, of] = self.rare.as_ref().and_then(|rare| rare.plain).unwrap_or_default();
         [self.seen.cases + cases, self.seen.of + of]
@@ -108,15 +110,15 @@ impl Claim {
         Mean { most: square(most_deg), alpha: self.alpha }
     }
 
-    /// Returns the largest value allowed: an rms in degrees, or a share.
+    /// Returns the largest value that the claim allows, which is an rms in degrees or a share.
     pub fn limit(&self) -> f64 {
         match self.claimed {
             Claimed::Rms(most) | Claimed::Share(_, _, most) | Claimed::Undetected(most) => most,
         }
     }
 
-    /// Returns the value that plain trials showed, and the lower and upper end of its interval, which is valid after any number of trials.
-    /// All three are an rms in degrees, or a share.
+    /// Returns three numbers: the value that plain trials showed, and the lower and upper end of its interval. The interval is valid after
+    /// any number of trials. The numbers are an rms in degrees or a share.
     pub fn interval(&self) -> [f64; 3] {
         match self.claimed {
             Claimed::Rms(most) => {
@@ -133,8 +135,8 @@ impl Claim {
         }
     }
 
-    /// Returns the number of starts after which the claim would be passed if further starts resembled those seen; none
-    /// if they would not show it.
+    /// Returns the number of starts after which the claim would pass if further starts resembled the starts so far. None if they would not
+    /// show that the claim holds.
     pub fn trials_needed(&self) -> Option<u64> {
         match self.claimed {
             Claimed::Rms(most) => self.mean(most).trials_needed(&self.seen.squares),
@@ -154,7 +156,7 @@ impl Claim {
         self.plain = self.shown();
     }
 
-    /// Returns the verdict that all plain trials so far show.
+    /// Returns the verdict from all plain trials so far.
     fn shown(&self) -> Verdict {
         let [cases, of] = self.counts();
         let shown = match self.claimed {
@@ -168,19 +170,19 @@ impl Claim {
         }
     }
 
-    /// Returns true if trials may still decide the claim.
+    /// Returns true if the claim is undecided and more trials may be run.
     pub(super) fn is_open(&self) -> bool {
         self.plain == Verdict::NotShown && self.trials < self.most
     }
 }
 
-/// Returns the square of an error in degrees, relative to the square of the largest axis error.
+/// Returns the square of an error, divided by the square of the largest axis error. `deg` is the error in degrees.
 fn square(deg: f64) -> f64 {
     (deg / LARGEST_DEG) * (deg / LARGEST_DEG)
 }
 
 impl Seen {
-    /// Adds a start; `without`: the record of the same start without the method's checks.
+    /// Adds a start. `without` is the record of the same start with the method's checks off.
     pub(super) fn add(&mut self, claimed: Claimed, record: &Record, without: Option<&Record>, of: &Case) {
         let silent = demand::is_unanswered(record);
         let counts = match claimed {

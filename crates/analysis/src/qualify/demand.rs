@@ -18,16 +18,16 @@ pub enum Current {
     OfRated(f64),
 }
 
-/// A result that counts against a start.
+/// A bad result of a simulated motor start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bad {
-    /// The start has no answer: it is undetermined, failed, or could not be simulated to its end.
+    /// The start has no answer, because it is undetermined, failed, or could not be simulated to its end.
     Unanswered,
     /// The start found the wrong pole.
     WrongPole,
-    /// The angle, pole included, is off by more than this in degrees. The angle of a sector is its middle.
+    /// The angle has an error of more than this in degrees. A wrong pole counts as an error. The angle of a sector is its middle.
     Angle(f64),
-    /// The axis is off by more than this in degrees.
+    /// The axis has an error of more than this in degrees.
     Axis(f64),
     /// The answer is a sector that does not contain the rotor's angle.
     WrongSector,
@@ -42,36 +42,35 @@ pub enum Bad {
 /// A measure and its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LimitedMeasure {
-    /// The root mean square of the axis error in degrees; a start without an answer counts as 90°.
+    /// The root mean square of the axis error is at most this value in degrees. A start without an answer counts as 90°.
     Rms(f64),
-    /// The share of starts with the result `bad`, or without an answer if `or_unanswered`, is at most `most`.
+    /// The share of starts with the result `bad` is at most `most`. If `or_unanswered` is true, starts without an answer count too.
     Share {
         /// The result that counts against a start.
         bad: Bad,
-        /// Whether a start without an answer counts too.
+        /// True if a start without an answer counts too.
         or_unanswered: bool,
         /// Largest allowed share.
         most: f64,
     },
-    /// Diagnostic coverage, at least this value: of the starts whose answer is dangerous without the method's checks,
-    /// the share that has no answer with the checks.
+    /// The diagnostic coverage is at least this value. Among the starts whose answer is dangerous with the method's checks off, at least
+    /// this share has no answer with the checks on.
     Coverage(f64),
 }
 
 /// A demand on starts, with or without a fault in the drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Demand {
-    /// The fault under which the demand is judged, in its typical size; none: the drive has no fault.
+    /// The fault with which the demand is judged, in its typical size. None for a drive without a fault.
     pub fault: Option<FaultMode>,
-    /// The limited measure, and its limit.
+    /// The measure and its limit.
     pub what: LimitedMeasure,
 }
 
-/// The share of starts that may exceed the limits of `moved`, `current` and `time`: as in `require`, 99 of 100 starts
-/// must keep them.
+/// Share of starts that may exceed the limits of `moved`, `current` and `time`. As in `require`, 99 of 100 starts must keep these limits.
 const BEYOND: f64 = 0.01;
 
-/// Two parts of a message: the text found in place of a limit or a part of it, and the text allowed there.
+/// Two parts of a message about a wrong limit: the text that was found, and the text that is allowed in its place.
 pub(super) type Refused = (String, String);
 
 const SHAPE: &str = "a measure, `<=` and its limit, such as `rms <= 1 deg`, `p95 <= 3 deg`, `P(wrong_pole) <= 1e-6`, `P(undetermined) <= 1 %`, \
@@ -84,11 +83,11 @@ const AXES: &str = "an angle above 0 deg and below 90 deg, beyond which no axis 
 const TIMES: &str = "a time above 0 s, such as `20 ms`";
 const CURRENTS: &str = "a current above 0 A, such as `8 A`, or of the rated current, such as `1.2 rated`";
 const SHARES: &str = "a share of at least 1e-12, above 0 and below 1, such as `1e-6` or `1 %`";
-/// Least allowed share. For smaller shares the functions of the sequential tests have no significant digits left.
+/// Least share that is allowed as a limit. For smaller shares, the functions of the sequential tests have no significant digits left.
 const LEAST_SHARE: f64 = 1e-12;
 
 impl Demand {
-    /// Parses the limit of a requirement. The error contains the text that was found and what is allowed in its place.
+    /// Parses the limit of a requirement. The error contains the text that was found and the text that is allowed in its place.
     pub(super) fn parse(text: &str) -> Result<Self, Refused> {
         let (fault, rest) = match text.trim().strip_prefix("faults.") {
             None => (None, text.trim()),
@@ -139,15 +138,16 @@ impl Demand {
         Ok(Self { fault, what })
     }
 
-    /// Returns true if the demand limits the share of an event other than a missing answer. A method could then meet
-    /// the demand by giving no answers, so their share must be limited too. With a fault in the drive a missing answer
-    /// is right, so nothing is added.
+    /// Returns true if the demand limits the share of an event other than a missing answer. A method could meet such a demand by giving no
+    /// answers, so the share of missing answers must be limited too. Returns false with a fault in the drive, because a missing answer is
+    /// right then.
     pub(super) fn is_guarded(&self) -> bool {
         let silent = matches!(self.what, LimitedMeasure::Share { or_unanswered: false, bad, .. } if bad != Bad::Unanswered);
         silent && self.fault.is_none()
     }
 
-    /// Returns the event whose odds decide if plain trials do not; none if the demand has no such event. `rated`: rated current in A.
+    /// Returns the event whose probability decides if plain trials do not. None if the demand has no such event. `rated` is the rated
+    /// current in A.
     pub(super) fn event(&self, rated: f64) -> Option<Event> {
         let LimitedMeasure::Share { bad, or_unanswered: false, .. } = self.what else { return None };
         match bad {
@@ -159,7 +159,7 @@ impl Demand {
     }
 }
 
-/// Returns the failure mode of this name.
+/// Returns the failure mode with this name.
 fn fault(name: &str) -> Result<FaultMode, Refused> {
     FaultMode::named(name).ok_or_else(|| {
         let found = match FaultMode::refused(name) {
@@ -251,7 +251,7 @@ fn unknown(word: &str, known: &[&str]) -> String {
 }
 
 impl Current {
-    /// Returns the limit in A for a motor of this rated current.
+    /// Returns the limit in A for a motor with this rated current in A.
     pub(super) fn amperes(self, rated: f64) -> f64 {
         match self {
             Self::Amperes(amperes) => amperes,
@@ -266,7 +266,7 @@ pub(super) fn is_unanswered(record: &Record) -> bool {
 }
 
 impl Bad {
-    /// Returns true if a start has this result; `rated`: rated current of its motor in A.
+    /// Returns true if a start has this result. `rated` is the rated current of its motor in A.
     pub(super) fn happened(self, record: &Record, rated: f64) -> bool {
         let beyond = |value: Option<f64>, most: f64| value.is_some_and(|value| value.abs() > most);
         match self {

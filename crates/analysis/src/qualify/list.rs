@@ -16,7 +16,7 @@ use crate::Demands;
 use crate::faults::{Allowed, Entry};
 use crate::subset::Effort;
 
-/// The file of requirements, as its TOML is structured.
+/// The keys of a file of requirements, as its TOML text has them.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FileTable {
@@ -42,7 +42,7 @@ struct RequirementTable {
     over: Table,
 }
 
-/// A requirement on the starts, as the file states it.
+/// A requirement on the simulated motor starts, as the file states it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Requirement {
     /// Identifier of the requirement, unique in the list.
@@ -51,12 +51,12 @@ pub struct Requirement {
     pub text: String,
     /// Text of the limit, as written in the file.
     pub limit: String,
-    /// The limit that this text states.
+    /// The limit that the text `limit` states.
     pub demand: Demand,
     /// Largest number of trials in each case.
     pub trials: u64,
-    /// The conditions over which the requirement is judged. For each entry of the file: its name, the keys of the scenario that it sets,
-    /// and their values.
+    /// Conditions over which the requirement is judged. Each entry of the file has its name, the keys of the scenario that it sets, and the
+    /// values of these keys.
     over: Vec<(String, Vec<String>, Vec<Value>)>,
 }
 
@@ -65,31 +65,31 @@ pub struct Requirement {
 pub struct Requirements {
     /// Probability that no verdict of the list is wrong.
     pub confidence: f64,
-    /// Largest share of starts without an answer with which a claim on the probability of an event can pass.
+    /// Largest share of starts without an answer. With a larger share, a claim on the probability of an event cannot pass.
     pub unanswered: f64,
-    /// Effort of the subset simulations that decide where plain trials do not; none: no subset simulation.
+    /// Effort of the subset simulations, which decide if plain trials do not. None for no subset simulations.
     pub odds: Option<Effort>,
-    /// The requirements in their order.
+    /// The requirements in the order of the file.
     pub list: Vec<Requirement>,
     document: Document,
 }
 
 const CONFIDENCE: f64 = 0.95;
 const TRIALS: u64 = 100_000;
-/// Fewest trials of a requirement per case.
+/// Smallest number of trials in one case to which a requirement may be limited.
 pub(super) const FEWEST: u64 = 64;
-/// Most trials of a requirement per case: contributions to an rms are kept in memory.
+/// Largest number of trials in one case that a requirement may have. It is limited because contributions to an rms are kept in memory.
 pub const MOST_TRIALS: u64 = 10_000_000;
 /// Largest number of requirements in a list.
 const MOST_REQUIREMENTS: usize = 1000;
 /// Largest number of cases of one requirement.
 const MOST_CASES: usize = 1000;
 
-/// Shorthand for motors: the name in the file, and the key of the scenario that it sets.
+/// Shorthand for motors. It has the name in the file, and the key of the scenario that is set.
 const MOTORS: (&str, &[&str]) = ("motors", &["motor"]);
-/// Shorthand for sets of errors: the name in the file, and the key of the scenario that it sets.
+/// Shorthand for sets of errors. It has the name in the file, and the key of the scenario that is set.
 const ERRORS: (&str, &[&str]) = ("errors", &["errors"]);
-/// Shorthand for temperatures: the name in the file, and the keys of the scenario that it sets, of winding and magnets.
+/// Shorthand for temperatures. It has the name in the file, and the keys for the winding and the magnets that are set.
 const TEMPERATURES: (&str, &[&str]) =
     ("temperatures", &["rotor.winding_temperature", "rotor.magnet_temperature"]);
 
@@ -97,15 +97,15 @@ impl Requirements {
     /// Reads a file of requirements.
     ///
     /// # Errors
-    /// The file cannot be read, or a key or value is invalid; the error names its line.
+    /// The file cannot be read, or a key or value is invalid. The error names the line of the key or value.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         Self::of(Document::read(path)?)
     }
 
-    /// Parses requirements from the text of a file; messages name the file `path`.
+    /// Parses requirements from the text of a file. Messages name the file `path`.
     ///
     /// # Errors
-    /// A key or value is invalid; the error names its line.
+    /// A key or value is invalid. The error names the line of the key or value.
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         Self::of(Document::parse(path, text)?)
     }
@@ -154,11 +154,10 @@ impl Requirements {
         Ok(Self { confidence, unanswered, odds, list, document })
     }
 
-    /// Makes the cases of all requirements on a scenario. Each case is made once, with all claims of the requirements
-    /// on it.
+    /// Makes the cases of all requirements for a scenario. Each case is made only once, and has the claims of all requirements on it.
     ///
     /// # Errors
-    /// Values make no valid scenario, or a limit does not apply to the method or drive; the error names the line of the
+    /// The values make no valid scenario, or a limit does not apply to the method or the drive. The error names the line of the
     /// requirement.
     pub(super) fn cases(&self, plan: &Plan, document: &Document) -> Result<Vec<Case>, FileError> {
         let mut cases: Vec<Case> = Vec::new();
@@ -181,7 +180,7 @@ impl Requirements {
         Ok(cases)
     }
 
-    /// Makes the case with these settings and with the fault of requirement `number`.
+    /// Makes the case with these settings and with the fault of the requirement that has the index `number`.
     fn case(
         &self,
         plan: &Plan,
@@ -261,8 +260,8 @@ impl Requirements {
         }
     }
 
-    /// Relates an error in a case to the line of its requirement: to the condition that sets the wrong key, or to the requirement's limit
-    /// if keys do not fit each other; the message then names the conditions.
+    /// Relates an error in a case to a line of its requirement. This is the line of the condition that sets the wrong key. If keys do not
+    /// fit each other, it is the line of the limit, and the message names the conditions.
     fn under(&self, number: usize, settings: &[(String, Value)], error: FileError) -> FileError {
         let FileError::Key { key: wrong, .. } = &error else {
             return self.document.locate(FileError::Key {

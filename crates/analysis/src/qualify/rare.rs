@@ -8,32 +8,34 @@ use super::{Case, Requirements, Verdict};
 use crate::subset::{Effort, Settings};
 use crate::{Alarm, Anatomy, Event, Halt, Odds, RUNS, Sector, Trials, Watch};
 
-/// Result of subset simulation (`odds`) for a claim. Its interval is estimated from the scatter between runs and has no
-/// guaranteed coverage, unlike the intervals of plain trials.
+/// Result of subset simulation for a claim, as `standstill odds` computes it. The interval of the probability is estimated from the scatter
+/// between the runs. Unlike the intervals of plain trials, it has no guaranteed coverage.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rare {
     /// The event whose probability is limited.
     pub event: Event,
     /// Probability of the event, with the 95 % interval of `standstill odds`.
     pub probability: Estimate,
-    /// Lower and upper end of the probability's interval at the claim's own probability of error.
+    /// Lower and upper end of the probability's interval at the claim's own probability of error, which may differ from the 5 % of
+    /// `probability`.
     pub ends: [f64; 2],
     /// Number of trials.
     pub trials: u64,
     /// Warnings of the subset simulation. With any warning the verdict is [`Verdict::NotShown`].
     pub alarms: Vec<String>,
-    /// The conditions that trigger the event: sectors of rotor angles, and draws of errors, in which it happens.
+    /// Conditions that trigger the event. Each entry is a sector of rotor angles in which the event happens, with the random draws of the
+    /// errors that lead to the event in this sector.
     pub triggers: Vec<Sector>,
     /// Verdict on the claim according to this probability.
     pub verdict: Verdict,
-    /// If no run reached the event: the number of plain trials with the event, and the number of all plain trials. They count like the
-    /// claim's own trials.
+    /// Number of plain trials in which the event happened, and number of all plain trials. They count like the claim's own trials. None if
+    /// the subset simulation reached the event, or if some trials could not be simulated.
     pub plain: Option<[u64; 2]>,
 }
 
 impl Rare {
-    /// Makes the result of a claim: compares the odds with `most`, the largest allowed probability, at the probability of error `alpha`.
-    /// Odds with a warning show nothing.
+    /// Judges a claim by the probability of its event from subset simulation (`odds`). `most` is the largest allowed probability, and
+    /// `alpha` is the allowed probability of a wrong verdict. If the subset simulation has a warning, the verdict is [`Verdict::NotShown`].
     pub fn of(event: Event, odds: &Odds, most: f64, alpha: f64, triggers: Vec<Sector>) -> Self {
         let Estimate { value, low, high } = odds.probability;
         let freedom = f64::from(RUNS - 1);
@@ -58,7 +60,7 @@ impl Rare {
     }
 }
 
-/// Observer that stores the results of each case under keys of its own.
+/// Observer that stores the results of each case under separate keys, so that cases do not read each other's results.
 struct Within<'a> {
     watch: &'a dyn Watch,
     case: String,
@@ -86,7 +88,7 @@ impl Watch for Within<'_> {
     }
 }
 
-/// Computes the odds for the claims of a case that plain trials left undecided, event by event.
+/// Runs subset simulation for those claims of a case that plain trials left undecided. Claims about the same event share one simulation.
 pub(super) fn decide(
     case: &mut Case,
     requirements: &Requirements,

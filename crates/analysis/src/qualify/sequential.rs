@@ -7,25 +7,27 @@
 
 use standstill_numeric::{exp, ln, ln_1p, ln_gamma, whole};
 
-/// Weight of the beta prior of [`Share`], as a number of events.
+/// Weight of the beta prior of [`Share`], in events: the prior counts like this number of observed events.
 const CASES: f64 = 0.5;
 
-/// A limited probability of an event whose occurrences are counted.
+/// Sequential test of whether the probability of an event is below a limit. The test counts the events and may be evaluated after any
+/// number of trials.
 ///
-/// The bets are a mixture over all alternative probabilities f, weighted by a beta distribution whose mean is the limit: after k cases in n
-/// trials the product of the bets against the probability q is B(a + k, b + n − k)/B(a, b)/(q^k (1 − q)^(n−k)). The interval contains all q
-/// for which the product has stayed below 1/α (H. Robbins, "Statistical methods related to the law of the iterated logarithm", 1970,
-/// doi:10.1214/aoms/1177696786).
+/// The test is a bet against each probability q. The bets are a mixture over all alternative probabilities f, weighted by a beta
+/// distribution whose mean is the limit. After k events in n trials, the product of the bets against q is B(a + k, b + n − k)/B(a, b)/(q^k
+/// (1 − q)^(n−k)). The interval contains all q for which this product has stayed below 1/α (H. Robbins, "Statistical methods related to the
+/// law of the iterated logarithm", 1970, doi:10.1214/aos/1177696786).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Share {
     /// Largest allowed probability, between 0 and 1.
     pub most: f64,
-    /// Probability with which the interval may ever fail to contain the true value.
+    /// Largest allowed probability that the interval fails to contain the true value after some number of trials.
     pub alpha: f64,
 }
 
 impl Share {
-    /// Returns the logarithm of the product of bets against the probability `q`, after `cases` events in `trials`.
+    /// Returns the logarithm of the product of the bets against the probability `q`. `cases` is the number of events, and `trials` the
+    /// number of trials.
     fn against(self, q: f64, cases: f64, trials: f64) -> f64 {
         let (a, b) = (CASES, CASES * (1.0 - self.most) / self.most);
         let ln_beta = |a: f64, b: f64| ln_gamma(a) + ln_gamma(b) - ln_gamma(a + b);
@@ -35,7 +37,8 @@ impl Share {
         ln_beta(a + cases, b + others) - ln_beta(a, b) - likelihood
     }
 
-    /// Returns the lower and upper end of the probability's interval after `cases` events in `trials`.
+    /// Returns the lower and the upper end of the interval of the probability. `cases` is the number of events, and `trials` the number of
+    /// trials.
     pub fn interval(self, cases: u64, trials: u64) -> [f64; 2] {
         let (cases, trials) = (cases as f64, trials as f64);
         if trials == 0.0 {
@@ -48,14 +51,15 @@ impl Share {
         [low, high]
     }
 
-    /// Returns whether the limit is shown to hold (true), or not to hold (false); none if neither is shown.
+    /// Returns true if the trials show that the probability is at most the limit, and false if they show that it is larger. None if they
+    /// show neither.
     pub fn shown(self, cases: u64, trials: u64) -> Option<bool> {
         let [low, high] = self.interval(cases, trials);
         if high <= self.most { Some(true) } else { (low > self.most).then_some(false) }
     }
 
-    /// Returns the number of trials after which the limit would be shown to hold, if the event kept occurring at this
-    /// rate; none if the rate is not below the limit.
+    /// Returns the number of trials that would show that the probability is at most the limit, if the event occurred at this rate. None if
+    /// the rate is not below the limit.
     pub fn trials_needed(self, rate: f64) -> Option<u64> {
         if rate >= self.most {
             return None;
@@ -65,7 +69,7 @@ impl Share {
     }
 }
 
-/// Returns the border between values that are inside and values that are not, by bisection between `from`, which is inside, and `to`.
+/// Returns the border of the set of values for which `inside` is true, found by bisection. `from` belongs to the set, and `to` does not.
 fn edge(from: f64, to: f64, inside: impl Fn(f64) -> bool) -> f64 {
     let (mut within, mut outside) = (from, to);
     for _ in 0..200 {
@@ -79,7 +83,7 @@ fn edge(from: f64, to: f64, inside: impl Fn(f64) -> bool) -> f64 {
     outside
 }
 
-/// Returns the smallest number of trials that is `enough`, to 0.1 %; none if it exceeds 10^15.
+/// Returns the smallest number of trials for which `enough` is true, to 0.1 %. None if this number exceeds 10^15.
 fn first(enough: impl Fn(f64) -> bool) -> Option<u64> {
     const FURTHEST: f64 = 1e15;
     let mut high = 1.0;
@@ -97,22 +101,23 @@ fn first(enough: impl Fn(f64) -> bool) -> Option<u64> {
     Some(whole(high.ceil()))
 }
 
-/// A limited mean of numbers from 0 to 1.
+/// Sequential test of whether the mean of numbers from 0 to 1 is below a limit.
 ///
-/// Nothing but this range is assumed of the numbers. Against a mean of m or more the bets are 1 + λ (m − x) for several
-/// λ up to 1. Against a mean of m or less they are 1 + c (x/m − 1) for several c below 1. No bet becomes negative, and
-/// under these means no bet gains on average (I. Waudby-Smith and A. Ramdas, "Estimating means of bounded random
-/// variables by betting", 2024, doi:10.1093/jrsssb/qkad009).
+/// The test assumes only that the numbers lie between 0 and 1. The bets against a mean of m or more are 1 + λ (m − x) for several λ, the
+/// largest of which is 1. The bets against a mean of m or less are 1 + c (x/m − 1) for several c below 1. No bet becomes negative. If the
+/// mean is as assumed, no bet gains on average (I. Waudby-Smith and A. Ramdas, "Estimating means of bounded random variables by betting",
+/// 2024, doi:10.1093/jrsssb/qkad009).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mean {
     /// Largest allowed mean, between 0 and 1.
     pub most: f64,
-    /// Probability with which the interval may ever fail to contain the true value, half of it on each side.
+    /// Largest allowed probability that the interval fails to contain the true value after some number of trials. Half of it applies to
+    /// each end of the interval.
     pub alpha: f64,
 }
 
-/// Sizes of the bets against a large mean, each with its share of the stake. Most numbers lie far below the limit, and
-/// the largest bet is best then.
+/// Sizes of the bets against a large mean, each with its share of the stake. The largest bet has the largest share, because it gains most
+/// if most numbers lie far below the limit, as they usually do.
 const ABOVE: [(f64, f64); 4] = [(1.0, 0.7), (0.5, 0.1), (0.25, 0.1), (0.1, 0.1)];
 /// Sizes of the bets against a small mean, each with its share of the stake.
 const BELOW: [(f64, f64); 5] = [(0.5, 0.2), (0.25, 0.2), (0.1, 0.2), (0.03, 0.2), (0.01, 0.2)];
@@ -121,7 +126,8 @@ const BELOW: [(f64, f64); 5] = [(0.5, 0.2), (0.25, 0.2), (0.1, 0.2), (0.03, 0.2)
 /// 10^-12 and 10^12, so the product does not overflow.
 const TOGETHER: usize = 8;
 
-/// Returns the logarithm of the wealth that a stake of 1 becomes, by bets of several sizes on these numbers.
+/// Returns the logarithm of the wealth after betting a stake of 1 on these numbers. Each entry of `bets` is the size of a bet and its share
+/// of the stake. `factor` returns the factor by which a bet of a size multiplies its stake at a number.
 fn ln_wealth(bets: &[(f64, f64)], values: &[f64], factor: impl Fn(f64, f64) -> f64) -> f64 {
     let of = |(size, share): &(f64, f64)| {
         let logs = values.chunks(TOGETHER).map(|part| ln(part.iter().map(|x| factor(*size, *x)).product()));
@@ -136,22 +142,23 @@ fn ln_wealth(bets: &[(f64, f64)], values: &[f64], factor: impl Fn(f64, f64) -> f
 }
 
 impl Mean {
-    /// Returns the logarithm that the wealth must reach to refute a mean: each side of the interval has half of `alpha`.
+    /// Returns the logarithm of the wealth that refutes a mean. Each end of the interval has half of `alpha`.
     fn needed(self) -> f64 {
         -ln(self.alpha / 2.0)
     }
 
-    /// Returns whether a mean of `m` or more is refuted.
+    /// Returns true if the numbers refute a mean of `m` or more.
     fn is_below(self, m: f64, values: &[f64]) -> bool {
         ln_wealth(&ABOVE, values, |size, x| 1.0 + size * (m - x)) >= self.needed()
     }
 
-    /// Returns whether a mean of `m` or less is refuted.
+    /// Returns true if the numbers refute a mean of `m` or less.
     fn is_above(self, m: f64, values: &[f64]) -> bool {
         ln_wealth(&BELOW, values, |size, x| 1.0 + size * (x / m - 1.0)) >= self.needed()
     }
 
-    /// Returns whether the limit is shown to hold (true), or not to hold (false); none if neither is shown.
+    /// Returns true if the numbers show that their mean is at most the limit, and false if they show that it is larger. None if they show
+    /// neither.
     pub fn shown(self, values: &[f64]) -> Option<bool> {
         if self.is_below(self.most, values) {
             return Some(true);
@@ -159,7 +166,7 @@ impl Mean {
         self.is_above(self.most, values).then_some(false)
     }
 
-    /// Returns the lower and upper end of the mean's interval, each to 0.1 % of its value.
+    /// Returns the lower and the upper end of the interval of the mean, with a relative accuracy of 0.1 %.
     pub fn interval(self, values: &[f64]) -> [f64; 2] {
         let seen = values.iter().sum::<f64>() / (values.len() as f64).max(1.0);
         // Bisection by factors, because the ends of a small mean's interval are decades away from it.
@@ -181,8 +188,8 @@ impl Mean {
         [low, high]
     }
 
-    /// Returns the number of trials after which the limit would be shown to hold, if further numbers resembled these;
-    /// none if their mean is not below the limit.
+    /// Returns the number of trials that would show that the mean is at most the limit, if further numbers are distributed like these. None
+    /// if the mean of these numbers is not below the limit.
     pub fn trials_needed(self, values: &[f64]) -> Option<u64> {
         let count = values.len() as f64;
         if values.is_empty() {
@@ -197,7 +204,8 @@ impl Mean {
     }
 }
 
-/// Means below this count as zero. For squared axis errors relative to 90° it corresponds to an rms of 0.9 µ°.
+/// Means below this number count as zero. If the numbers are squares of the axis error relative to 90°, it corresponds to an rms error of
+/// 0.9 µ°.
 const LEAST: f64 = 1e-16;
 
 #[cfg(test)]

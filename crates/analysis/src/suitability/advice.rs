@@ -21,11 +21,11 @@ pub struct Advice {
     pub change: String,
     /// Keys of the scenario that the change sets, with their values.
     pub keys: Vec<(&'static str, String)>,
-    /// Keys of the detector that the change removes, so that the search chooses their values.
+    /// Keys of the detector that the change removes from the scenario, so that the search chooses their values.
     pub frees: Vec<&'static str>,
-    /// All demands after the change; none if the change leaves the demands as they are.
+    /// All demands after the change. None if the change does not alter the demands.
     pub demands: Option<Demands>,
-    /// Settings with which the motor is suited after the change; none if the change does not help.
+    /// Settings that suit the motor after the change. None if the change does not help.
     pub helps: Option<Setting>,
 }
 
@@ -39,24 +39,25 @@ choice! {
     }
 }
 
-/// Another way to start the motor, with the results of trying it.
+/// Another way to start the motor, with the results of its trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alternative {
     /// The way.
     pub way: Way,
     /// Settings of the detector.
     pub setting: Setting,
-    /// Results of the starts, with the rotor in the last of the judged states.
+    /// Results of the simulated motor starts. The rotor is in the last judged state, which is free if it may move.
     pub starts: Summary,
 }
 
-/// Number of starts by which the alternative that finds only the axis is judged.
+/// Number of starts by which settings are judged that find only the axis.
 const STARTS: u64 = 200;
-/// Number of starts in place of [`STARTS`] for alignment, each of which takes seconds of the motor's time.
+/// Number of starts that replaces [`STARTS`] for alignment by a direct current. It is small because an alignment takes seconds of simulated
+/// time.
 const SLOW_STARTS: u64 = 24;
 
-/// Tries changes that an engineer of the drive can make, given the settings found for each method. Changes for which no
-/// work is left are added to `untried`.
+/// Tries changes that the drive's engineer can make. `methods` has the methods with the settings found for each. Descriptions of changes
+/// for which no work is left are added to `untried`.
 pub(super) fn tried(
     bench: &Bench<'_>,
     methods: &[(MethodName, &Found)],
@@ -90,15 +91,15 @@ pub(super) fn tried(
     Ok(advice)
 }
 
-/// Returns the methods with short detections; all methods if none has short detections.
+/// Returns the methods with short detections, or all methods if none of them has short detections.
 fn short(methods: &[(MethodName, &Found)]) -> Vec<MethodName> {
     let has = |method: &MethodName| methods.iter().any(|(other, _)| other == method);
     let short: Vec<MethodName> = QUICK.into_iter().filter(has).collect();
     if short.is_empty() { methods.iter().map(|(method, _)| *method).collect() } else { short }
 }
 
-/// Searches values of the keys of the detector that the user set. Returns the settings that meet the demands; none if no keys are set or no
-/// values suffice.
+/// Searches values for those keys of the detector that the user set. Returns the settings that meet the demands. None if the user set no
+/// such key, or if no tried values meet the demands.
 fn freed(
     bench: &Bench<'_>,
     methods: &[(MethodName, &Found)],
@@ -127,7 +128,7 @@ fn freed(
     Ok(helps.map(advice))
 }
 
-/// Tries changes of drive, sensors, rotor and current, each with an equal share of the work that is left.
+/// Tries changes of drive, sensors, rotor and allowed current. Each change may use an equal share of the remaining work.
 fn changed(
     bench: &Bench<'_>,
     methods: &[(MethodName, &Found)],
@@ -174,10 +175,11 @@ fn changed(
     Ok(tried.into_iter().map(|(_, advice)| advice).collect())
 }
 
-/// Settings that meet the demands, `None` if no settings do; and true if some settings met them on too few starts to show it.
+/// Settings that meet the demands (`None` without such settings), and a flag. The flag is true if some settings met the demands on too few
+/// starts to show it.
 type Helps = (Option<Setting>, bool);
 
-/// Returns settings that meet the demands after a change.
+/// Searches settings that meet the demands after a change.
 fn of_change(
     bench: &Bench<'_>,
     change: &Change,
@@ -203,14 +205,15 @@ fn of_change(
     Ok((None, is_open))
 }
 
-/// Iterates over settings that meet all demands except `lifted`: the best ones of each method that has any.
+/// Iterates over the best settings of each method that meet all demands except possibly `lifted`. Methods without such settings are left
+/// out.
 fn kept_but<'a>(methods: &'a [(MethodName, &Found)], lifted: Demand) -> impl Iterator<Item = &'a Look> {
     methods
         .iter()
         .filter_map(move |(_, found)| found.looks.iter().find(|look| look.margins.is_kept_but(lifted)))
 }
 
-/// Searches the methods one after the other for settings that fresh starts confirm; returns the first.
+/// Searches the methods one after the other. Returns the first settings that fresh starts confirm.
 fn searched(bench: &Bench<'_>, methods: &[MethodName]) -> Result<Helps, SuitabilityError> {
     let mut is_open = false;
     for method in methods {
@@ -230,8 +233,8 @@ fn searched(bench: &Bench<'_>, methods: &[MethodName]) -> Result<Helps, Suitabil
 /// Ratios of L_q to L_d that are tried if a data sheet gives both axes the same inductance.
 const RATIOS: [f64; 5] = [1.06, 1.12, 1.25, 1.5, 2.0];
 
-/// Finds the smallest tried L_q with which a motor is suited, if its data sheet gives only one inductance. None if the sheet has no key for
-/// L_q or no tried value suffices.
+/// Finds the smallest tried L_q with which a motor is suited. It is used if the data sheet gives one inductance for both axes. None if the
+/// data sheet has no key for L_q, or if no tried value suffices.
 fn salient(
     bench: &Bench<'_>,
     methods: &[MethodName],
@@ -262,7 +265,7 @@ fn salient(
     Ok(None)
 }
 
-/// Returns the document and the motor of a change of the motor; none if the data sheet has no such key.
+/// Returns the document and the motor after a change of the motor. None if the data sheet does not have the changed key.
 fn with_motor(document: &Document, change: &Change) -> Option<(Document, Motor)> {
     let mut document = document.clone();
     for (key, value) in &change.keys {
@@ -272,7 +275,7 @@ fn with_motor(document: &Document, change: &Change) -> Option<(Document, Motor)>
     Some((document, motor))
 }
 
-/// Tries the ways to start a motor whose position no settings find.
+/// Tries other ways to start a motor whose position no settings find.
 pub(super) fn alternatives(
     bench: &Bench<'_>,
     methods: &[(MethodName, &Found)],
@@ -295,7 +298,7 @@ pub(super) fn alternatives(
 }
 
 impl Bench<'_> {
-    /// Tries another way to start the motor; none if it cannot be set up or does not meet the demands of this bench.
+    /// Tries another way to start the motor. None if it cannot be set up or does not meet the demands of this bench.
     fn alternative(&self, way: Way, setting: Setting) -> Result<Option<Alternative>, SuitabilityError> {
         let trials = if way == Way::Alignment { SLOW_STARTS } else { STARTS };
         let starts = match self.starts(&setting, self.last_rotor(), SEARCH, trials) {

@@ -10,12 +10,12 @@ use super::starts::{self, Starts, Stopped};
 use super::work::Allowance;
 use super::{Demands, SuitabilityError};
 
-/// A method with settings: keys of `[detector]` and their values, as in a scenario file.
+/// A detection method with its settings. The settings are keys of `[detector]` with their values, as in a scenario file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
     /// The method.
     pub method: MethodName,
-    /// Keys that are set, with their values; all other settings follow from the motor by default.
+    /// Keys that are set, with their values. All other keys have the default value for the motor.
     pub keys: Vec<(&'static str, String)>,
 }
 
@@ -33,14 +33,14 @@ impl Setting {
         Self { method: self.method, keys }
     }
 
-    /// Returns the method and its keys as keys of a scenario.
+    /// Returns the method and the settings as pairs of a key's path in a scenario and its value.
     pub fn in_scenario(&self) -> Vec<(String, String)> {
         let method = ("detector.method".to_owned(), self.method.name().to_owned());
         let others = self.keys.iter().map(|(key, value)| (format!("detector.{key}"), value.clone()));
         std::iter::once(method).chain(others).collect()
     }
 
-    /// Sets the method and its keys in a document.
+    /// Writes the method and the settings into a document.
     ///
     /// # Errors
     /// A key cannot be set.
@@ -58,42 +58,41 @@ fn toml_value(text: &str) -> toml::Value {
     text.parse::<i64>().map_or_else(|_| text.into(), toml::Value::Integer)
 }
 
-/// Settings that were tried, and the margins that their starts showed.
+/// Settings that were tried on some simulated motor starts, with the margins by which these starts meet the demands.
 #[derive(Clone, Debug)]
 pub(super) struct Look {
     pub setting: Setting,
     pub margins: Margins,
 }
 
-/// Conditions under which settings are tried.
+/// Conditions under which settings are tried: a document, its motor, the demands and the allowed work.
 pub(super) struct Bench<'a> {
     pub document: &'a Document,
     pub motor: &'a Motor,
     pub demands: &'a Demands,
-    /// Work that may still be done.
+    /// Budget of the work.
     pub work: &'a Allowance,
-    /// Largest phase current in A.
+    /// Largest allowed phase current in A.
     pub most_current: f64,
     /// States of the rotor in which settings are judged.
     pub rotors: Vec<Rotor>,
-    /// True if poles are judged.
+    /// True if the pole is judged besides the axis.
     pub has_pole: bool,
-    /// Saturation of this bench's motor (the share by which L_d falls), if this bench is the upper end of a range of
-    /// saturation.
+    /// Saturation of this bench's motor, as the share by which L_d falls at rated current. It is set only if this bench is the upper end of
+    /// a range of saturation.
     pub most_saturation: Option<f64>,
-    /// The bench at the upper end of a range of saturation, if this bench is the lower end.
+    /// The bench at the upper end of the range of saturation, if this bench is the lower end. None without a range.
     pub upper_end: Option<&'a Bench<'a>>,
 }
 
-/// Objection to settings whose starts were not run because no work was left.
+/// Text that replaces the result of settings whose starts were not run because the allowed work was used up.
 pub(super) const SPENT: &str = "not tried, as this check may do no more work for it";
 
-/// Offset of the seed with which settings are searched, from the scenario's seed. Later stages use larger offsets.
+/// Number that is added to the scenario's seed for the starts of the search. Later stages add larger numbers.
 pub(super) const SEARCH: u64 = 0;
 
 impl<'a> Bench<'a> {
-    /// Makes the bench of a document. If an override sets the state of the rotor, such as a brake, only that state is
-    /// judged.
+    /// Makes the bench of a document. If an override sets the state of the rotor, only this state is judged.
     pub fn new(document: &'a Document, motor: &'a Motor, demands: &'a Demands, work: &'a Allowance) -> Self {
         let state =
             document.origin("rotor.state").and_then(|_| document.load().ok()).map(|file| file.rotor.state());
@@ -112,22 +111,22 @@ impl<'a> Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Returns true if the user set this key of the detector, so that its value is not searched.
+    /// Returns true if the user set this key of the detector. The search does not change its value then.
     pub fn is_set(&self, key: &str) -> bool {
         self.document.get(&format!("detector.{key}")).is_some()
     }
 
-    /// Iterates over the benches at both ends of a range of saturation, or over this one.
+    /// Iterates over the benches at both ends of the range of saturation. Without a range, over this bench alone.
     pub fn ends(&self) -> impl Iterator<Item = &Self> {
         std::iter::once(self).chain(self.upper_end)
     }
 
-    /// Returns the bench on which the same settings draw the most current: that of the largest saturation.
+    /// Returns the bench with the largest saturation. On this bench the same settings draw the most current.
     pub fn strained(&self) -> &Self {
         self.upper_end.unwrap_or(self)
     }
 
-    /// Adds the saturation of this bench to the text of objections, if this bench is the upper end of a range.
+    /// Adds the saturation of this bench to the texts of objections if this bench is the upper end of a range of saturation.
     pub fn located(&self, mut objections: Vec<String>) -> Vec<String> {
         if let Some(share) = self.most_saturation {
             let with = format!(", with a saturation of {} %", standstill_quantity::rounded(share, 2));
@@ -138,13 +137,12 @@ impl Bench<'_> {
         objections
     }
 
-    /// Returns the last state of the rotor that is judged: free if the rotor may move.
+    /// Returns the last judged state of the rotor. It is `free` if both states are judged.
     pub fn last_rotor(&self) -> Rotor {
         self.rotors.last().copied().unwrap_or(Rotor::Locked)
     }
 
-    /// Returns the scenario with these settings, this state of the rotor and the seed of the search, without checking
-    /// it.
+    /// Returns the scenario with these settings and this state of the rotor. The scenario is not checked.
     pub fn scenario(&self, setting: &Setting, rotor: Rotor) -> Result<Scenario<Method<f64>>, FileError> {
         let mut document = self.document.clone();
         setting.set_in(&mut document)?;
@@ -159,8 +157,8 @@ impl Bench<'_> {
         document.unchecked_scenario_of(self.motor)
     }
 
-    /// Runs starts with these settings; `draws` is added to the seed of the search. The inner error is the reason why
-    /// the settings cannot be set up, or states that no work is left.
+    /// Runs `trials` simulated motor starts with these settings. `draws` is added to the scenario's seed. The inner error states that the
+    /// settings cannot be set up, or that no work is left.
     pub fn starts(
         &self,
         setting: &Setting,
@@ -186,7 +184,7 @@ impl Bench<'_> {
         }
     }
 
-    /// Tries settings on a few starts, with the rotor in the last judged state. None if the settings cannot be set up,
+    /// Tries settings on `trials` simulated motor starts, with the rotor in the last judged state. None if the settings cannot be set up,
     /// or if no work is left.
     pub fn look(&self, setting: Setting, trials: u64) -> Result<Option<Look>, SuitabilityError> {
         let Ok(starts) = self.starts(&setting, self.last_rotor(), SEARCH, trials)? else { return Ok(None) };
@@ -199,7 +197,7 @@ impl Bench<'_> {
         Margins::of(starts, self.demands, self.most_current, self.has_pole)
     }
 
-    /// Returns the demands that these starts do not meet, in words.
+    /// Returns descriptions of the demands that these starts do not meet.
     pub fn objections(&self, starts: &[&Starts]) -> Vec<String> {
         starts::objections(starts, self.demands, self.most_current, self.has_pole)
     }

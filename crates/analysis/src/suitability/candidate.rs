@@ -14,9 +14,9 @@ use super::starts::{Spread, Starts};
 use super::work::Allowance;
 use super::{Confirmed, Demands, Progress, SuitabilityError};
 
-/// Methods that are tried if the drive has the readings that they need. They need no separate test bench and finish
-/// within a fraction of a second. Six pulses are tried only if a timer captures times: with sampled currents they
-/// measure less than `bipolar` does with as many pulses.
+/// Methods that are tried if the drive measures the quantities that they need. They need no separate test bench and take a fraction of a
+/// second. The method with six pulses is tried only if a timer measures times: with sampled currents, it measures less than `bipolar` does
+/// with as many pulses.
 pub const CANDIDATES: [MethodName; 7] = [
     MethodName::MaximumLikelihood,
     MethodName::MaximumLikelihoodAdaptive,
@@ -30,25 +30,25 @@ pub const CANDIDATES: [MethodName; 7] = [
 /// A method with the best settings that were found for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
-    /// The method with the keys that are set for it.
+    /// The method with the keys that the search has set.
     pub setting: Setting,
-    /// All settings of the method for this motor.
+    /// All settings of the method for this motor, including those with default values.
     pub settings: Method<f64>,
-    /// Results with the rotor locked; without starts if a locked rotor is not judged.
+    /// Results with a locked rotor. They contain no starts if a locked rotor is not judged.
     pub locked: Summary,
-    /// Results with the rotor free, or in the only judged state; without starts if that state is `locked`.
+    /// Results with a free rotor, or with the rotor in the only judged state. They contain no starts if this state is `locked`.
     pub free: Summary,
     /// Reasons why the method does not suit the motor; empty if it does.
     pub objections: Vec<String>,
-    /// Number and seed of the starts that would show whether the demands are met. None unless the fresh starts of this check met all
-    /// demands and were only too few to show it.
+    /// Further starts that would show whether the demands are met. None unless the fresh starts of this check met all demands but were too
+    /// few to show it.
     pub wanting: Option<Wanting>,
-    /// Margins by which the demands are met; none if the method cannot be set up.
+    /// Margins by which the demands are met. None if the method cannot be set up.
     pub margins: Option<Margins>,
     /// The demand that decides the verdict. If the method suits the motor: the demand with the smallest margin. If it does not: the demand
     /// that rules out stronger pulses. None if the DC-link voltage or the longest pulse limits the current instead.
     pub binding: Option<Demand>,
-    /// Key of the detector by which the user set the current, so that no larger current was tried; none if the current was searched.
+    /// Key of the detector with which the user set the current, so that no larger current was tried. None if the search chose the current.
     pub given: Option<&'static str>,
     /// Number of settings that were tried.
     pub looks: usize,
@@ -60,13 +60,13 @@ impl Candidate {
         self.setting.method
     }
 
-    /// Returns false if starts with these settings were left out because no work was left.
+    /// Returns true if all starts with these settings were run. False if some were left out because no work was left.
     pub fn is_judged(&self) -> bool {
         !self.objections.iter().any(|objection| objection.starts_with(SPENT))
     }
 
-    /// Returns the reason why these settings are tried on fresh starts only after those of other methods with smaller margins; none if
-    /// there is no such reason.
+    /// Returns the reason why the candidate is tried on fresh starts later than candidates with smaller margins. None without such a
+    /// reason.
     pub fn why_late(&self) -> Option<String> {
         match self.lateness() {
             [true, _] => Some("its starts take a hundred times as long".to_owned()),
@@ -75,13 +75,14 @@ impl Candidate {
         }
     }
 
-    /// Returns two flags by which candidates are ordered for fresh starts, false first: whether the method takes a hundred times as long as
-    /// others, and whether its wrong poles must be counted in many starts.
+    /// Returns two flags that order the candidates for the trial on fresh starts, false first. The first is true if the method takes a
+    /// hundred times as long as others. The second is true if wrong poles must be counted in many starts.
     fn lateness(&self) -> [bool; 2] {
         [is_slow(self.method()), Spread::of(self.settings).is_counted()]
     }
 
-    /// Returns the smaller of the margins of error and movement: 1 is just enough, 0 if no angle was found.
+    /// Returns the smaller of the margins of error and movement. The demands are just met at 1. The result is 0 if the method cannot be set
+    /// up or no start has an angle.
     pub fn margin(&self) -> f64 {
         self.margins.map_or(0.0, |margins| margins.spare())
     }
@@ -92,22 +93,22 @@ impl Candidate {
 pub struct LeftOut {
     /// The method.
     pub method: MethodName,
-    /// Key that the method lacks; if the method has the key but lacks a check in its list, the check and the key.
+    /// Name of the missing key. If the method has the key but lacks a check in the key's list, the check and the key.
     pub lacks: String,
 }
 
-/// Number of starts of a candidate in each state of the rotor.
+/// Number of simulated motor starts of a candidate in each state of the rotor.
 const TRIALS: u64 = 200;
-/// Number of starts in place of [`TRIALS`] for a candidate with continuous injection, which takes a hundred times as long.
+/// Number of starts that replaces [`TRIALS`] for methods with continuous injection. Such a start takes a hundred times as long.
 const FEW_TRIALS: u64 = 24;
-/// Approximate number of starts for searching two methods and confirming the best one.
+/// Approximate number of starts that it takes to search two methods and to confirm the best one.
 const OF_A_JUDGEMENT: u64 = 8000;
 /// Largest number of settings of a method that are tried on fresh starts.
 const TRIED: usize = 3;
-/// Share of a method's work for the search of settings; the rest is for the starts of the best settings.
+/// Share of a method's work that the search of settings may use. The rest is for the starts of the best settings.
 const LOOKS: f64 = 0.8;
 
-/// Returns the candidate methods of a document, and those that are left out.
+/// Returns the candidate methods of a document, and the methods that are left out.
 pub(super) fn methods(
     document: &Document,
     motor: &Motor,
@@ -156,7 +157,7 @@ pub(super) fn methods(
     }
 }
 
-/// Returns whether a method is a candidate on a drive with these sources of readings.
+/// Returns true if a method is a candidate on a drive that has the sources of readings `there`.
 fn is_tried(method: MethodName, there: &[Source]) -> bool {
     let needed = match method {
         MethodName::SixPulse => &[Source::CapturedTimes],
@@ -166,8 +167,8 @@ fn is_tried(method: MethodName, there: &[Source]) -> bool {
 }
 
 impl Bench<'_> {
-    /// Searches settings of each method, each with an equal share of the remaining work. Methods with long detections
-    /// come last. Methods whose search was cut short are added to `untried`.
+    /// Searches settings of each method. Each method may use an equal share of the remaining work, and methods with long detections come
+    /// last. Methods that used up their share are described in `untried`.
     pub fn searched(
         &self,
         methods: &[MethodName],
@@ -197,14 +198,13 @@ impl Bench<'_> {
         Ok(all.into_iter().map(|(_, candidate, found)| (candidate, found)).unzip())
     }
 
-    /// Returns true if searching and confirming settings whose starts take as long as these may need more work than is
-    /// left.
+    /// Returns true if it may take more work than is left to search and confirm settings whose starts take as long as those of `setting`.
     pub fn is_dear(&self, setting: &Setting) -> Result<bool, SuitabilityError> {
         let starts = self.starts(setting, self.last_rotor(), SEARCH, FEW_TRIALS)?;
         Ok(starts.is_ok_and(|starts| starts.work / FEW_TRIALS * OF_A_JUDGEMENT > self.work.left()))
     }
 
-    /// Confirms settings before others are searched; none if the confirmation fails.
+    /// Tries to confirm settings before others are searched. None if fresh starts do not confirm them.
     pub fn confirmed_first(
         &self,
         setting: &Setting,
@@ -263,7 +263,7 @@ impl Bench<'_> {
         })
     }
 
-    /// Returns the best candidate whose settings pass on fresh starts.
+    /// Returns the index of the best candidate whose settings fresh starts confirm, with the results of these starts.
     pub fn recommended(
         &self,
         candidates: &mut [Candidate],
@@ -300,9 +300,9 @@ impl Bench<'_> {
         Ok(None)
     }
 
-    /// Tries at most [`TRIED`] of a method's looks on fresh starts. Returns the place of the first look that these starts confirm, and the
-    /// result. `looks`: each look with its place; `failed` counts the failed confirmations. If no look is confirmed, returns the place and
-    /// the refusal of the first one that more starts may confirm, or else of the first one.
+    /// Tries the first settings of a method, at most [`TRIED`], on fresh starts. `looks` has the settings, each with its index, and
+    /// `failed` counts the failed confirmations. Returns the index and the results of the first confirmed settings. If none are confirmed,
+    /// returns the index and the refusal of the first settings that more starts may confirm, or else of the first settings.
     pub fn settled<'a>(
         &self,
         looks: impl Iterator<Item = (usize, &'a Look)>,
@@ -328,7 +328,8 @@ impl Bench<'_> {
         Ok((place, Err(refused)))
     }
 
-    /// If the check is over a range of saturation, lowers the margins of a suitable candidate to those at the upper end.
+    /// Lowers the margins of a confirmed candidate to the margins at the upper end of the range of saturation. Without a range, nothing
+    /// changes.
     fn take_upper_end(&self, candidate: &mut Candidate) -> Result<(), SuitabilityError> {
         let (Some(end), Some(margins)) = (self.upper_end, candidate.margins) else { return Ok(()) };
         let trials = if is_slow(candidate.method()) { FEW_TRIALS } else { TRIALS };

@@ -9,7 +9,7 @@ use standstill_sim::{Arrangement, Comparators};
 use super::bench::{Bench, Setting};
 use super::margins::Demand;
 
-/// A change of the scenario or of the allowed current.
+/// A change of the scenario's keys or of the allowed current, which may make a motor suited.
 pub(super) struct Change {
     pub words: String,
     pub keys: Vec<(&'static str, String)>,
@@ -18,7 +18,7 @@ pub(super) struct Change {
     pub lifts: Option<Demand>,
 }
 
-/// Keys of sensor and drive errors that are improved together.
+/// Keys of errors of sensors and drive. One change improves all of them together.
 const FINER: [&str; 9] = [
     "sensors.bits",
     "sensors.range_low",
@@ -32,13 +32,13 @@ const FINER: [&str; 9] = [
 ];
 
 impl Change {
-    /// Returns true if the change reduces an error of sensors or drive.
+    /// Returns true if the change reduces an error of the sensors or of the drive.
     pub fn is_finer(&self) -> bool {
         self.keys.iter().any(|(key, _)| FINER.contains(key))
     }
 }
 
-/// Lists the changes. If several of them improve sensors and dead time, the last entry combines these.
+/// Lists the changes to be tried. If several of them improve sensors and dead time, the last entry combines all of these.
 pub(super) fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> {
     let mut changes = Vec::new();
     if bench.rotors.contains(&Rotor::Free) {

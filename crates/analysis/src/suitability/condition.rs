@@ -11,55 +11,53 @@ use super::margins::Margins;
 use super::work::Allowance;
 use super::{Demands, Progress, Suitability, SuitabilityError};
 
-/// Condition on the motor under which the verdict is valid.
+/// Condition that the motor must fulfil so that the verdict is valid.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Condition {
     /// The motor's saturation, which the data sheet does not give, lies in this range.
     Saturation {
-        /// Smallest share by which L_d may fall at rated current along +d.
+        /// Smallest allowed fall of L_d at rated current along +d, as a share of L_d.
         least: f64,
-        /// Largest share by which L_d may fall there; the settings suffice at both ends of the range.
+        /// Largest allowed fall of L_d at rated current along +d, as a share of L_d. The settings suffice at both ends of the range.
         most: f64,
-        /// Smallest share by which L_d falls along −d, assuming iron that saturates equally in both directions;
-        /// negative if L_d rises.
+        /// Fall of L_d at rated current along −d, as a share of L_d, at the smallest saturation. It is computed for iron that saturates
+        /// equally in both directions, and is negative if L_d rises.
         minus_d: f64,
     },
     /// The motor's flux map, which covers only one side of the d-axis, predicts the pole correctly.
     Pole,
 }
 
-/// Smallest fall of L_d that is tried.
+/// Smallest tried fall of L_d, as a share of L_d.
 const SMALLEST: f64 = 0.005;
-/// Largest falls of L_d in the order in which they are tried: the first one with an answer is the upper end of the
-/// range.
+/// Upper ends of the ranges of saturation, as falls of L_d, in the order in which they are tried. The first range with an answer is taken.
 pub(super) const LARGEST: [f64; 4] = [0.15, 0.3, 0.4, 0.08];
-/// Ratio of the ends of the bracket at which the search for the smallest fall stops.
+/// Ratio of upper to lower end of the bracket around the smallest sufficient fall of L_d. The search stops when it is reached.
 const FINENESS: f64 = 1.08;
-/// Number of starts by which settings are judged.
+/// Number of simulated motor starts by which settings are judged.
 const LOOK: u64 = 64;
-/// Number of starts of a cheaper look before a look of [`LOOK`] starts.
+/// Number of starts of a cheaper trial that precedes the trial with [`LOOK`] starts.
 const FEW: u64 = 16;
-/// Pole evidence of few starts, relative to the evidence that a decision needs, below which settings are dropped
-/// without more starts.
+/// Pole evidence in units of the evidence that a decision needs. Settings whose few starts show less are dropped.
 const HOPELESS: f64 = 0.6;
-/// Pole evidence with which settings suffice; a decision needs 1.
+/// Pole evidence that settings must show to suffice, in units of the evidence that a decision needs.
 const ENOUGH: f64 = 1.05;
-/// Settings are dropped if their evidence in few starts is below this share of the evidence of other settings in many
-/// starts.
+/// Share of the pole evidence that other, insufficient settings showed in many starts. Settings whose few starts show less than this share
+/// are dropped.
 const FEW_TO_MANY: f64 = 0.85;
-/// Number of search steps that are predicted from the evidence; later steps bisect the range.
+/// Number of search steps whose saturation is predicted from the pole evidence. Later steps bisect the range.
 const PREDICTED: u32 = 6;
 
-/// Share of the remaining work for the search of the smallest saturation; the rest is for confirming its settings.
+/// Share of the remaining work for the search of the smallest sufficient saturation. The rest is for the confirmation of its settings.
 const NARROWING: f64 = 0.7;
-/// Largest ratio of the lower to the upper end of a range of saturation. A narrower range would be of no use: no data sheet shows that a
-/// motor lies in it.
+/// Largest accepted ratio of the lower to the upper end of a range of saturation. A narrower range is of no use, because no data sheet
+/// shows that a motor lies in it.
 const NARROWEST: f64 = 0.8;
-/// Factor by which the smallest saturation that suffices on few starts is raised, if there is not enough work for many starts.
+/// Factor by which the smallest saturation that suffices on few starts is raised if there is too little work for many starts.
 const COMFORT: f64 = 1.15;
 
-/// Returns the document with a motor whose L_d falls by this share at rated current along +d, and that motor. None if the data sheet has no
-/// key for saturation.
+/// Returns a document and its motor. The motor's L_d falls by this share at rated current along +d. None if the data sheet has no key for
+/// saturation.
 pub(super) fn saturating(document: &Document, share: f64) -> Option<(Document, Motor)> {
     let mut document = document.clone();
     let value = format!("{} %", standstill_quantity::rounded(share, 2));
@@ -68,11 +66,11 @@ pub(super) fn saturating(document: &Document, share: f64) -> Option<(Document, M
     (motor.pole_knowledge() == PoleKnowledge::Known).then_some((document, motor))
 }
 
-/// Key of the saturation in a data sheet by nameplate.
+/// Path of the saturation key in a data sheet that is given by nameplate.
 pub(super) const KEY: &str = "motor.nameplate.saturation";
 
-/// Calls `ask` with the bench of a motor whose saturation lies between two shares, and returns the answer; none if the data sheet has no
-/// key for saturation.
+/// Calls `ask` with the bench of a range of saturation, from `least` to `most`, and returns the result. None if the data sheet has no key
+/// for saturation.
 pub(super) fn with_range<T>(
     document: &Document,
     demands: &Demands,
@@ -89,9 +87,9 @@ pub(super) fn with_range<T>(
     ask(&bench).map(Some)
 }
 
-/// Finds the smallest fall of L_d with which some method meets the demands, both there and at `most`. Returns the fall,
-/// rounded up to two digits, with the settings; none if `most` itself does not suffice. If the work runs out, returns
-/// the smallest fall found so far.
+/// Finds the smallest fall of L_d at which the settings of a method meet the demands, if they also meet them at `most`. Returns the fall,
+/// rounded up to two digits, and the settings. None if no settings suffice at `most`. If the work is used up, returns the smallest
+/// sufficient fall found so far.
 pub(super) fn least_saturation(
     document: &Document,
     demands: &Demands,
@@ -148,8 +146,8 @@ pub(super) fn least_saturation(
     Ok(Some((rounded_up(high), sufficing)))
 }
 
-/// Settings that are being tried. `evidence`: the saturation at their last look, and their pole evidence there relative to the evidence
-/// that a decision needs.
+/// Settings that are being tried. `evidence` has the saturation of their last trial and the pole evidence of this trial, in units of the
+/// evidence that a decision needs.
 pub(super) struct Tried {
     setting: Setting,
     evidence: Option<(f64, f64)>,
@@ -160,18 +158,19 @@ impl Tried {
         Self { setting, evidence: None }
     }
 
-    /// Returns the pole evidence expected at a saturation, in proportion to the saturation; just enough if the settings were never tried.
+    /// Returns the pole evidence that the settings are expected to show at a saturation. It is proportional to the saturation. For settings
+    /// that were never tried, it is just enough.
     fn expected(&self, share: f64) -> f64 {
         self.evidence.map_or(ENOUGH, |(at, evidence)| evidence * share / at)
     }
 }
 
-/// Result of trying settings at one saturation.
+/// Result of the trial of settings at one saturation.
 #[derive(Default)]
 pub(super) struct Sufficiency {
-    /// Settings that suffice; none if no settings do.
+    /// Settings that meet the demands. None without such settings.
     pub sufficing: Option<Setting>,
-    /// Largest pole evidence of the settings that were tried; a decision needs 1.
+    /// Largest pole evidence of the tried settings, in units of the evidence that a decision needs.
     evidence: f64,
 }
 
@@ -182,7 +181,7 @@ pub(super) fn rounded_up(share: f64) -> f64 {
     standstill_quantity::rounded((digits - 1e-9).ceil(), power)
 }
 
-/// Returns the share by which L_d falls at rated current along −d, according to the data sheet's assumptions.
+/// Returns the fall of L_d at rated current along −d, as a share of L_d, under the assumptions of the data sheet.
 pub(super) fn minus_d(document: &Document) -> Result<f64, SuitabilityError> {
     let sheet = document.data_sheet()?;
     let entries = sheet.entries();
@@ -191,7 +190,7 @@ pub(super) fn minus_d(document: &Document) -> Result<f64, SuitabilityError> {
     Ok(share.map_or(f64::NAN, Quantity::value))
 }
 
-/// Methods with short detections, which the search of the smallest saturation tries.
+/// Methods with short detections. The search of the smallest saturation tries them.
 pub(super) const QUICK: [MethodName; 5] = [
     MethodName::Bipolar,
     MethodName::MaximumLikelihood,
@@ -200,15 +199,15 @@ pub(super) const QUICK: [MethodName; 5] = [
     MethodName::SixPulse,
 ];
 
-/// Keeps the methods with short detections. Keeps all methods if no method has one.
+/// Returns the methods with short detections, or all methods if none of them has short detections.
 pub(super) fn quick(methods: &[MethodName]) -> Vec<MethodName> {
     let quick: Vec<MethodName> = methods.iter().copied().filter(|method| QUICK.contains(method)).collect();
     if quick.is_empty() { methods.to_vec() } else { quick }
 }
 
 impl Bench<'_> {
-    /// Finds settings that meet the demands at a saturation (`share`), trying the most promising ones first. Settings are dropped after few
-    /// starts if their pole evidence is far too small, or clearly smaller than that of settings that did not suffice.
+    /// Finds settings that meet the demands at the saturation `share`. The most promising settings are tried first. Settings are dropped
+    /// after few starts if their pole evidence is far too small, or clearly smaller than that of settings that did not suffice.
     pub(super) fn answers(
         &self,
         settings: &mut [Tried],

@@ -13,43 +13,41 @@ use super::bench::{Bench, SEARCH, Setting};
 use super::search::is_slow;
 use super::starts::Starts;
 
-/// Numbers of starts of the first and the second look in each state of the rotor. The second look is taken if the first
-/// is not clear. Each bound has a confidence of 97.5 %, so that both looks together are wrong in less than 5 of 100
-/// cases.
+/// Numbers of simulated motor starts of the first and the second trial, in each state of the rotor. The second trial is run if the first is
+/// not clear. Each bound has a confidence of 97.5 %, so that both trials together are wrong in less than 5 of 100 cases.
 const LOOKS: [u64; 2] = [500, 2000];
-/// Number of starts in which zero wrong poles show a share of at most one in ten thousand.
+/// Number of starts that show a share of wrong poles of at most one in ten thousand if none of them has a wrong pole.
 pub const COUNTED: u64 = 37_000;
-/// Number of starts by which settings are sifted.
+/// Number of starts of the preliminary trial, which precedes the confirmation of settings.
 const SIFTED: u64 = 300;
-/// Number of starts in place of [`SIFTED`] for continuous injection, which takes a hundred times as long.
+/// Number of starts that replaces [`SIFTED`] for continuous injection. Such a start takes a hundred times as long.
 const SLOWLY_SIFTED: u64 = 24;
 
-/// Offset of the sifting's seed from the scenario's seed.
+/// Number that is added to the scenario's seed for the preliminary trial.
 const SIFTING: u64 = SEARCH + 1;
-/// Offset of the confirmation's seed from the scenario's seed.
+/// Number that is added to the scenario's seed for the first confirmation.
 const CONFIRMATION: u64 = SIFTING + 1;
 
-/// Results of fresh starts. Each bound of the error and of the share without an answer holds with
-/// [`Confirmed::confidence`] for these settings; movement and current are the largest values of these starts.
+/// Results of the fresh starts that confirmed settings. The bounds of the error and of the shares hold with [`Confirmed::confidence`].
+/// Movement and current are the largest values in these starts.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Confirmed {
-    /// Number of starts in all, over all states of the rotor and all saturations that were tried.
+    /// Number of starts, over all states of the rotor and all tried saturations.
     pub starts: u64,
     /// Seed of the starts.
     pub seed: u64,
-    /// Confidence of the bounds: 0.95, less 0.05 for each failed confirmation before.
+    /// Confidence of the bounds. It is 0.95, minus 0.05 for each confirmation that failed before.
     pub confidence: f64,
-    /// Upper bound of the 95th percentile of the error in degrees.
+    /// Upper bound of the 95th percentile of the axis error, in degrees.
     pub p95_at_most_deg: f64,
     /// Upper bound of the share of starts without an angle or without a pole.
     pub without_angle_at_most: f64,
     /// Number of starts with a wrong pole.
     pub wrong_poles: u64,
-    /// Number of starts in which wrong poles were counted, if the distribution of the evidence does not show how rare
-    /// they are; else none.
+    /// Number of starts in which wrong poles were counted. None if the distribution of the pole evidence already shows how rare they are.
     pub counted: Option<u64>,
-    /// Upper bound of the share of wrong poles: from their number if they were counted, else from the distribution of
-    /// the pole evidence if it is normal. None if poles are not judged.
+    /// Upper bound of the share of wrong poles. It is computed from the number of wrong poles if they were counted, else from the normal
+    /// distribution of the pole evidence. None if poles are not judged.
     pub wrong_poles_at_most: Option<f64>,
     /// Largest movement of a rotor that is not locked, in electrical degrees.
     pub moved_deg: f64,
@@ -59,8 +57,8 @@ pub struct Confirmed {
 }
 
 impl Confirmed {
-    /// Adds the results of starts in one state of the rotor and with one saturation. `without`: upper bound of their share without an angle
-    /// or without a pole.
+    /// Adds the results of starts in one state of the rotor and with one saturation. `without` is the upper bound of the share of these
+    /// starts that have no angle or no pole.
     fn add(&mut self, starts: &Starts, without: f64) {
         let summary = &starts.summary;
         let largest = |all: &mut f64, value: f64| *all = all.max(value);
@@ -82,35 +80,36 @@ impl Confirmed {
     }
 }
 
-/// Further starts that would show whether settings meet the demands. Fresh starts met all demands, but were too few to show it.
+/// Further starts that would show whether settings meet the demands. They are proposed if all fresh starts met the demands but were too few
+/// to show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wanting {
     /// Number of starts.
     pub starts: u64,
-    /// Seed of these starts, with which no settings were searched.
+    /// Seed of these starts. The search did not use it.
     pub seed: u64,
 }
 
 /// Settings that fresh starts did not confirm.
 #[derive(Debug)]
 pub(super) struct Refused {
-    /// The demands that the starts do not meet, in words.
+    /// Descriptions of the demands that the starts do not meet.
     pub objections: Vec<String>,
-    /// As in [`Candidate::wanting`](super::Candidate::wanting).
+    /// Further starts that would show whether the demands are met: see [`Candidate::wanting`](super::Candidate::wanting).
     pub wanting: Option<Wanting>,
-    /// True if the fresh starts met all demands and were only too few to show it.
+    /// True if the fresh starts met all demands but were too few to show it.
     pub is_open: bool,
 }
 
 impl Refused {
-    /// Makes a refusal for objections that more starts do not remove.
+    /// Makes a refusal for objections that further starts cannot remove.
     pub const fn because(objections: Vec<String>) -> Self {
         Self { objections, wanting: None, is_open: false }
     }
 }
 
 impl Bench<'_> {
-    /// Tries settings on the sifting starts. Returns the demands that these starts do not meet, in words.
+    /// Runs the preliminary trial of settings. Returns descriptions of the demands that its starts do not meet.
     pub fn sifted(&self, setting: &Setting) -> Result<Vec<String>, SuitabilityError> {
         let trials = if is_slow(setting.method) { SLOWLY_SIFTED } else { SIFTED };
         for bench in self.ends() {
@@ -126,8 +125,8 @@ impl Bench<'_> {
         Ok(Vec::new())
     }
 
-    /// Confirms settings on fresh starts; the inner error has the objections if they fail. `failed` is the number
-    /// of settings that failed before.
+    /// Tries to confirm settings on fresh starts. `failed` is the number of earlier confirmations that failed. The inner error has the
+    /// reasons why these starts do not confirm the settings.
     pub fn confirm(
         &self,
         setting: &Setting,
@@ -159,14 +158,14 @@ impl Bench<'_> {
         Ok(Ok(confirmed))
     }
 
-    /// Returns the upper bound of the share of starts without an angle or without a pole.
+    /// Returns the upper bound of the share of starts that have no angle or no pole.
     fn without_answer(&self, starts: &Starts) -> f64 {
         let poles = if self.has_pole { starts.summary.undetermined } else { 0 };
         standstill_campaign::binomial_interval(starts.failed() + poles, starts.summary.trials).high
     }
 
-    /// Runs as many starts in one state of the rotor as are needed to show that the demands are met. The inner error
-    /// contains the objections.
+    /// Runs starts in one state of the rotor until they show that the demands are met or are not met. The inner error has the reasons why
+    /// the settings are not confirmed.
     fn held(
         &self,
         setting: &Setting,

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Demands that the start of a motor makes on a detection.
+/// Demands that a drive makes on the detection of the rotor position.
 ///
 /// ```
 /// use standstill_analysis::Demands;
@@ -13,15 +13,15 @@ use serde::Serialize;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Demands {
-    /// Axis error in electrical degrees that 95 of 100 detections must keep.
+    /// Largest allowed axis error of 95 of 100 detections, in electrical degrees.
     pub error_deg: f64,
     /// Largest allowed movement of a free rotor, in electrical degrees.
     pub movement_deg: f64,
-    /// Allowed share of detections without an angle; the share without a pole has the same limit.
+    /// Largest allowed share of detections without an angle. The share of detections without a pole has the same limit.
     pub without_angle: f64,
-    /// Allowed share of detections with a wrong pole.
+    /// Largest allowed share of detections with a wrong pole.
     pub wrong_poles: f64,
-    /// Largest allowed phase current in A; none: the rated current.
+    /// Largest allowed phase current in A. None stands for the motor's rated current.
     #[serde(rename = "current_A")]
     pub current_a: Option<f64>,
     /// Longest allowed time of a detection in s.
@@ -29,7 +29,8 @@ pub struct Demands {
 }
 
 impl Demands {
-    /// Demands of 5°, 1°, one in a hundred, one in ten thousand, rated current and 1 s, in the order of the fields.
+    /// The default demands: an error of 5°, a movement of 1°, one in a hundred without an angle, one in ten thousand wrong poles, the rated
+    /// current, and 1 s.
     pub const DEFAULT: Self = Self {
         error_deg: 5.0,
         movement_deg: 1.0,

@@ -40,30 +40,32 @@ impl fmt::Display for Demand {
     }
 }
 
-/// Margins of all demands, as ratios of allowed to actual values: 1 is just enough.
+/// Margins by which the demands are met, as ratios of the allowed to the actual value. A demand with a margin of 1 is just met.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
-    /// Allowed error divided by the 95th percentile of the error; if answers are sectors, the error counts from their
-    /// border. Infinite if that percentile is zero.
+    /// Allowed error divided by the 95th percentile of the error. Infinite if this percentile is zero. If a method finds only a sector of
+    /// angles, the error is measured from the border of the sector.
     pub error: f64,
-    /// Allowed movement divided by the largest movement; infinite for a rotor that is held.
+    /// Allowed movement divided by the largest movement. Infinite if the rotor is not free.
     pub movement: f64,
     /// Allowed current divided by the largest current.
     pub current: f64,
-    /// Allowed time divided by the longest time.
+    /// Allowed time divided by the time of the longest detection.
     pub time: f64,
-    /// Evidence for the right pole that 99 of 100 starts reach, relative to the evidence that a decision needs. None if
-    /// poles are not judged.
+    /// Evidence for the true pole that 99 of 100 starts reach, in units of the evidence that a decision needs. None if poles are not
+    /// judged.
     pub pole: Option<f64>,
-    /// 1 if as many starts as demanded end with an angle, else 0.
+    /// 1 if enough starts end with an angle, else 0.
     pub answers: f64,
 }
 
-/// Margin of movement that the search requires, because the extremes of many fresh starts exceed those of few.
+/// Margin of the movement that settings need in the search. It exceeds 1 because the largest movement in many fresh starts exceeds that in
+/// few.
 const ROOM_FOR_MOVEMENT: f64 = 1.1;
-/// Margin of the current that the search requires, because the largest current of many fresh starts exceeds that of few.
+/// Margin of the current that settings need in the search. It exceeds 1 because the largest current in many fresh starts exceeds that in
+/// few.
 const ROOM_FOR_CURRENT: f64 = 1.005;
-/// Smallest margin of the pole evidence with which settings are kept, because more starts may show that it suffices.
+/// Margin of the pole evidence that settings need in the search. It is below 1 because more starts may show that the evidence suffices.
 const ROOM_OF_POLE: f64 = 0.93;
 
 impl Margins {
@@ -93,7 +95,7 @@ impl Margins {
         }
     }
 
-    /// Returns, for each demand, the smaller of its two margins.
+    /// Returns for each demand the smaller one of the margins in `self` and `other`.
     pub(super) fn least(&self, other: &Self) -> Self {
         Self {
             error: self.error.min(other.error),
@@ -105,7 +107,8 @@ impl Margins {
         }
     }
 
-    /// Returns each demand with its margin; infinite for the pole if poles are not judged, and for answers if enough starts have an angle.
+    /// Returns each demand with its margin. The margin of the pole is infinite if poles are not judged. The margin of the answers is
+    /// infinite if enough starts have an angle, else 0.
     pub fn all(&self) -> [(Demand, f64); 6] {
         [
             (Demand::Error, self.error),
@@ -132,28 +135,27 @@ impl Margins {
         self.all().into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Demand::Error, 0.0))
     }
 
-    /// Returns true if all demands are met with the margins that fresh starts need.
+    /// Returns true if each margin is as large as the search needs.
     pub(super) fn is_kept(&self) -> bool {
         self.all().iter().all(|(demand, margin)| *margin >= room(*demand))
     }
 
-    /// Returns true if all demands but this one are met with the margins that fresh starts need.
+    /// Returns true if each margin except that of `lifted` is as large as the search needs.
     pub(super) fn is_kept_but(&self, lifted: Demand) -> bool {
         self.all().iter().all(|(demand, margin)| *demand == lifted || *margin >= room(*demand))
     }
 
-    /// Returns true if movement and current are far enough from their limits to allow for the larger extremes of many
-    /// more starts.
+    /// Returns true if movement and current are so far below their limits that many more starts are not expected to exceed these.
     pub(super) fn leaves_room(&self) -> bool {
         self.movement >= 1.03 && self.current >= 1.001
     }
 
-    /// Returns true if all demands are met with ample margins, so that no further settings need to be tried.
+    /// Returns true if all margins are ample, so that no further settings need to be tried.
     pub(super) fn is_easy(&self) -> bool {
         self.is_kept() && self.ease() >= 1.0
     }
 
-    /// Returns the smallest ratio of a margin to its ample value, at most 1.
+    /// Divides each margin by the value at which it is ample. Returns the smallest of these ratios, at most 1.
     fn ease(&self) -> f64 {
         let eased = |(demand, margin): (Demand, f64)| match demand {
             Demand::Error | Demand::Movement => margin / 2.0,
@@ -163,15 +165,15 @@ impl Margins {
         self.all().into_iter().map(eased).fold(1.0, f64::min)
     }
 
-    /// Compares two sets of margins. Settings that meet all demands come first, then those with the larger ratio to
-    /// ample margins, then those with the larger [`Self::spare`].
+    /// Compares the margins of two settings; the greater one is better. Settings that meet all demands are greater. Next, settings with
+    /// margins nearer to ample are, then those with the larger [`Self::spare`].
     pub(super) fn compare(&self, other: &Self) -> Ordering {
         let kept = self.is_kept().cmp(&other.is_kept());
         kept.then(self.ease().total_cmp(&other.ease())).then(self.spare().total_cmp(&other.spare()))
     }
 }
 
-/// Returns the smallest margin of a demand with which settings are kept; 1 is just enough.
+/// Returns the margin of a demand that settings need in the search.
 pub(super) fn room(demand: Demand) -> f64 {
     match demand {
         Demand::Movement => ROOM_FOR_MOVEMENT,

@@ -6,8 +6,8 @@ use standstill_scenario::pole_signature;
 
 use super::bench::Bench;
 
-/// Returns the largest current in A at which the poles were compared and draw the same current; `None` if they differ at a compared
-/// current, or if their currents are not known.
+/// Returns the largest compared current in A, if both poles draw the same current at all compared currents. `None` if they differ at a
+/// compared current, or if their currents are not known.
 pub(super) fn alike_up_to(bench: &Bench<'_>) -> Option<f64> {
     let (motor, most) = (bench.motor, bench.most_current);
     if !motor.has_magnet() || motor.pole_knowledge() != PoleKnowledge::Known {

@@ -10,17 +10,17 @@ use super::margins::{Demand, room};
 use super::search::{Found, is_slow};
 use super::{Demands, Progress, SuitabilityError};
 
-/// Error or movement in degrees above which an answer is useless.
+/// Largest error or movement, in degrees, with which an answer is useful.
 const MOST_DEG: f64 = 30.0;
-/// Duration of a detection in s above which an answer is useless.
+/// Longest detection, in s, with which an answer is useful.
 const MOST_S: f64 = 20.0;
-/// Number of settings that are tried; those nearest to meeting the demands come first.
+/// Number of tried settings. Settings that miss the demands by less are tried first.
 const NEAREST: usize = 3;
-/// Additional factors by which a missed demand is relaxed, one after the other, until fresh starts meet it.
+/// Additional factors by which missed demands are relaxed. They are tried one after the other until fresh starts meet the relaxed demands.
 const FURTHER: [f64; 4] = [1.05, 1.15, 1.3, 1.5];
 
-/// Returns the demands, relaxed by as little as possible, under which some of the found settings are confirmed. None if
-/// the settings find no pole, give too few answers, or would need demands that are useless to an engineer.
+/// Returns relaxed demands that some of the found settings meet on fresh starts. None if the settings miss the pole, give too few answers,
+/// or would need demands at which an answer is useless.
 pub(super) fn tried(
     bench: &Bench<'_>,
     methods: &[(MethodName, &Found)],
@@ -69,7 +69,8 @@ fn excess(look: &Look) -> Option<f64> {
     Some(sum)
 }
 
-/// Returns demands that the settings of a look meet. Each missed demand is relaxed by its margin and by an additional `factor`.
+/// Returns demands that the settings in `look` meet. Each missed demand is relaxed by the ratio by which it is missed, and by the
+/// additional `factor`.
 fn relaxed(bench: &Bench<'_>, look: &Look, factor: f64) -> Demands {
     let (mut demands, margins) = (*bench.demands, look.margins);
     let more = |allowed: f64, demand: Demand, margin: f64| {
@@ -86,8 +87,7 @@ fn relaxed(bench: &Bench<'_>, look: &Look, factor: f64) -> Demands {
     demands
 }
 
-/// Describes in words how the new demands differ from the old ones; none if they are equal, or if the new demands are
-/// too lax to be of use.
+/// Describes how the new demands differ from the old ones. None if they are equal, or if an answer is useless with the new ones.
 fn words(old: &Demands, new: &Demands) -> Option<String> {
     if new.error_deg > MOST_DEG.max(old.error_deg)
         || new.movement_deg > MOST_DEG.max(old.movement_deg)

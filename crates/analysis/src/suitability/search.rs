@@ -15,27 +15,26 @@ use super::bench::{Bench, Look, SEARCH, Setting};
 use super::margins::Demand;
 use super::starts::Starts;
 
-/// Number of starts by which settings are judged.
+/// Number of simulated motor starts by which settings are judged.
 const LOOK: u64 = 64;
-/// Number of starts in place of [`LOOK`] for continuous injection, which takes a hundred times as long.
+/// Number of starts that replaces [`LOOK`] for continuous injection. Such a start takes a hundred times as long.
 const SLOW_LOOK: u64 = 12;
 /// Number of starts from which the largest current is measured.
 const PROBE: u64 = 24;
 
-/// Pulse lengths that are tried, as shares of the longest.
+/// Tried pulse lengths, as shares of the longest allowed one.
 const PULSES: [f64; 8] = [1.0, 0.85, 0.72, 0.6, 0.5, 0.36, 0.25, 0.17];
-/// Numbers of rounds that are tried besides the default.
+/// Tried numbers of rounds, besides the default.
 const ROUNDS: [u8; 4] = [2, 6, 12, 24];
-/// Vector currents that are tried, as shares of the largest allowed current.
+/// Tried currents of the voltage vectors, as shares of the largest allowed current.
 const VECTORS: [f64; 6] = [1.0, 0.95, 0.85, 0.7, 0.5, 0.3];
-/// Pulse lengths around the best one, as shares of it, that are tried with several numbers of rounds if nothing else
-/// suffices.
+/// Pulse lengths near the best one, as shares of it. They are tried with several numbers of rounds if no other settings suffice.
 const NEAR: [f64; 4] = [0.92, 0.96, 1.04, 1.08];
 /// Numbers of rounds that are tried with the pulse lengths of [`NEAR`].
 const NEAR_ROUNDS: [u8; 5] = [3, 4, 6, 9, 16];
-/// Factors that are tried on the voltage of an injection, or on the length of the pulses that find the axis, if starts end without an axis.
+/// Factors by which the voltage of an injection, or the length of the pulses that find the axis, is raised if starts end without an axis.
 const LOUDER: [f64; 4] = [1.5, 2.0, 3.0, 4.5];
-/// Keys of the detector whose values are searched unless the user sets them. The first three set the current.
+/// Keys of the detector whose values are searched unless the user sets them. Each of the first three sets the current of a method.
 pub(super) const SEARCHED: [&str; 6] =
     ["pulse", "threshold", "vector_current", "rounds", "voltage", "polarity"];
 /// Shortest and longest pulse in s that a scenario allows.
@@ -44,10 +43,9 @@ const PULSE_RANGE: [f64; 2] = [1e-6, 10e-3];
 /// Result of the search for one method's settings.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
-    /// Settings that were tried, the best first.
+    /// Tried settings, the best first.
     pub looks: Vec<Look>,
-    /// The demand that forbids a larger current; none if the DC link cannot drive more current or the pulse has its
-    /// largest length.
+    /// The demand that forbids a larger current. None if the DC link cannot drive a larger current, or if the pulse has its largest length.
     pub stop: Option<Demand>,
 }
 
@@ -66,22 +64,22 @@ fn has_axis(starts: &Starts) -> bool {
     2 * starts.failed() < starts.summary.trials
 }
 
-/// The key that sets the current of a method's pulses, and its values.
+/// The key that sets the current of a method's pulses, with the values to be tried.
 #[derive(Clone, Copy)]
 struct Strength {
     key: &'static str,
-    /// Value of the key with which about the allowed current flows.
+    /// Value of the key at which approximately the allowed current flows.
     first: f64,
-    /// Part of a value that does not increase the current, such as the dead time of a pulse.
+    /// Part of the value that causes no current, such as the dead time in a pulse length.
     dead: f64,
     text: fn(f64) -> String,
-    /// Values that are tried, as shares of the largest.
+    /// Tried values, as shares of the largest value.
     shares: &'static [f64],
 }
 
 impl Strength {
-    /// Returns the settings with another value of the key. The value is the share `share` of `largest`, the largest value of the key. The
-    /// settings do not change if `largest` is none, which means that the user set the key.
+    /// Returns the settings with the key set to the share `share` of its largest value. If the user set the key, `largest` is none, and the
+    /// settings stay as they are.
     fn set(&self, setting: &Setting, largest: Option<f64>, share: f64) -> Setting {
         let text = |largest: f64| (self.text)(self.dead + (largest - self.dead) * share);
         largest.map_or_else(|| setting.clone(), |largest| setting.with(self.key, &text(largest)))
@@ -89,7 +87,7 @@ impl Strength {
 }
 
 impl Bench<'_> {
-    /// Searches settings of a method. The result is empty if the user's settings cannot be set up.
+    /// Searches settings of a method. Nothing is found if the user's settings cannot be set up.
     pub fn search(&self, method: MethodName) -> Result<Found, SuitabilityError> {
         let plain = self.signed(Setting::plain(method))?;
         let mut found = Found { looks: Vec::new(), stop: Some(Demand::Current) };
@@ -109,9 +107,9 @@ impl Bench<'_> {
         Ok(found)
     }
 
-    /// Returns the settings with the pole signature that suits their current. By default the detector's signature is that of pulses with
-    /// half the rated current. If the poles do not differ there, the signature near rated current or at the largest allowed current is set
-    /// instead, because the pulses will be that strong.
+    /// Returns the settings with the pole signature that is valid at the current of their pulses. The default is the signature of pulses
+    /// with half of the rated current. If both poles draw the same current there, the signature near rated current or at the largest
+    /// allowed current is set instead, because the pulses will be that strong.
     pub fn signed(&self, setting: Setting) -> Result<Setting, SuitabilityError> {
         let nameplate = self.scenario(&setting, Rotor::Locked)?.nameplate();
         if nameplate.pulse_signature != Signature::None || self.is_set("signature") || is_slow(setting.method)
@@ -124,7 +122,7 @@ impl Bench<'_> {
         Ok(of.map_or(setting.clone(), |of| setting.with("signature", standstill_interface::Choice::name(of))))
     }
 
-    /// Returns the settings with the strongest allowed pulses or vectors.
+    /// Returns settings of a method with the strongest allowed pulses or vectors.
     pub fn strongest(&self, method: MethodName) -> Result<Vec<Setting>, SuitabilityError> {
         let plain = self.signed(Setting::plain(method))?;
         let Some(strength) = self.strength(&plain)? else {
@@ -141,8 +139,8 @@ impl Bench<'_> {
         Ok(pulses.flat_map(|setting| [setting.clone(), setting.with("rounds", "12")]).collect())
     }
 
-    /// Returns the key that sets the pulse current of a method that reads axis and pole from the same pulses. None for
-    /// a method that tests the pole with separate vectors.
+    /// Returns the key that sets the pulse current, if a method finds axis and pole with the same pulses. None for a method that finds the
+    /// pole with separate voltage vectors.
     fn strength(&self, plain: &Setting) -> Result<Option<Strength>, SuitabilityError> {
         let scenario = self.scenario(plain, Rotor::Locked)?;
         let mut detector = scenario.detector;
@@ -161,14 +159,14 @@ impl Bench<'_> {
         })
     }
 
-    /// Returns the approximate length in s of a pulse after which the allowed current flows.
+    /// Returns the approximate length, in s, of a pulse at whose end the allowed current flows.
     fn first_pulse(&self, plain: &Setting) -> Result<f64, SuitabilityError> {
         let nameplate = self.scenario(plain, Rotor::Locked)?.nameplate();
         let rated = nameplate.rated_pulse.seconds() * self.most_current / self.motor.rated_current;
         Ok(rated + nameplate.dead_time.seconds())
     }
 
-    /// Tries settings of a method whose pulses give axis and pole: the current first, then the number of rounds.
+    /// Tries settings of a method that finds axis and pole with the same pulses. It varies the current first, then the number of rounds.
     fn pulses(&self, plain: &Setting, strength: Strength, found: &mut Found) -> Result<(), SuitabilityError> {
         let detector = self.scenario(plain, Rotor::Locked)?.detector;
         let adaptive = detector.is_adaptive();
@@ -230,8 +228,8 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Tries settings of a method with a separate polarity test: the current and the decision rule of its vectors
-    /// first, then the settings that find the axis.
+    /// Tries settings of a method that finds the pole with separate voltage vectors. It varies the current and the decision rule of these
+    /// vectors first, then the settings that find the axis.
     fn vectors(&self, plain: &Setting, found: &mut Found) -> Result<(), SuitabilityError> {
         let slow = is_slow(plain.method);
         let trials = if slow { SLOW_LOOK } else { LOOK };
@@ -268,8 +266,8 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Returns the settings with which the most starts find the axis: these ones, or these ones with a larger voltage or longer pulses. A
-    /// start without an axis ends before its vectors, so it does not show their current.
+    /// Returns the settings with which most starts find the axis. They are the given settings, or these with a larger voltage or longer
+    /// pulses. This comes before the search of the vectors' current, because a start without an axis ends before its vectors.
     fn with_axis(&self, plain: &Setting) -> Result<Setting, SuitabilityError> {
         let (mut best, mut fewest) = (plain.clone(), u64::MAX);
         for setting in std::iter::once(plain.clone()).chain(self.of_axis(plain, LOUDER)?) {
@@ -286,8 +284,8 @@ impl Bench<'_> {
         Ok(best)
     }
 
-    /// Returns settings in which the voltage of an injection, or the length of the pulses that find the axis, is the present value times
-    /// each factor; none if the user set this value.
+    /// Returns the settings with one value multiplied by each factor. The value is the voltage of an injection, or else the length of the
+    /// pulses that find the axis. The result is empty if the user set this value.
     fn of_axis<const N: usize>(
         &self,
         setting: &Setting,
@@ -305,10 +303,10 @@ impl Bench<'_> {
         Ok(usual.into_iter().flat_map(values).map(|value| setting.with(key, &text(value))).collect())
     }
 
-    /// Finds the value of a key at which the largest current just meets its limit. Returns two things: the value, none if no value makes a
-    /// workable setting; and the demand that forbids a larger value. This demand is the current; [`Demand::Answers`] if most starts with
-    /// vectors of this current find no axis; none if the DC link drives no more current or the pulse has its largest length. `first`: the
-    /// value that is tried first; `dead`: the part of the value that does not increase the current.
+    /// Finds the value of a key at which the largest current just meets its limit. Returns the value, and the demand that forbids a larger
+    /// value. The value is none if no value makes a workable setting. The demand is [`Demand::Answers`] if at a larger value most starts
+    /// find no axis. It is none if the DC link drives no larger current or the pulse has its largest length, else the current. `first` is
+    /// the first tried value. `dead` is the part of the value that causes no current.
     fn grown(
         &self,
         plain: &Setting,
@@ -350,7 +348,7 @@ impl Bench<'_> {
     }
 }
 
-/// Formats a time in microseconds for a file, rounded down to a convenient number.
+/// Formats a time as a scenario file writes it, in microseconds and rounded down to few digits. `seconds` is the time in s.
 fn microseconds(seconds: f64) -> String {
     let value = seconds.max(PULSE_RANGE[0]) * 1e6;
     let (step, power) = match value {
@@ -362,17 +360,17 @@ fn microseconds(seconds: f64) -> String {
     format!("{} us", down(value / step, power) * step)
 }
 
-/// Formats a current for a file, rounded down to three digits.
+/// Formats a current in A as a scenario file writes it, rounded down to three digits.
 fn amperes(value: f64) -> String {
     format!("{} A", down(value, magnitude(value).unwrap_or(0) - 2))
 }
 
-/// Formats a voltage for a file, rounded down to three digits.
+/// Formats a voltage in V as a scenario file writes it, rounded down to three digits.
 fn volts(value: f64) -> String {
     format!("{} V", down(value, magnitude(value).unwrap_or(0) - 2))
 }
 
-/// Rounds down to a multiple of this power of ten.
+/// Rounds down to a multiple of ten to the power `power`.
 fn down(value: f64, power: i32) -> f64 {
     rounded((rounded(value, -power) + 1e-9).floor(), power)
 }

@@ -2,8 +2,8 @@
 
 use standstill_scenario::Document;
 
-/// Returns the document without the rotor's speed and acceleration that its file sets, and this speed as written. None if the file sets no
-/// speed, or if overrides ask for a rotor that may turn: a check judges a rotor that stands, locked and free.
+/// Returns the document without the rotor's speed and acceleration, and this speed as its file writes it. A check judges a rotor at
+/// standstill, locked and free. None if the file sets no speed, or if overrides set a rotor that may turn.
 pub fn standing(document: &Document) -> Option<(Document, String)> {
     let speed = document.get("rotor.speed").filter(|_| document.origin("rotor.speed").is_none())?;
     let speed = speed.as_str().map_or_else(|| speed.to_string(), str::to_owned);

@@ -12,31 +12,31 @@ use super::work::{Allowance, of_start};
 use super::{Demands, SuitabilityError};
 use crate::event::evidence;
 
-/// Results of starts with the rotor in one state.
+/// Results of simulated motor starts with the rotor in one state.
 #[derive(Clone, Debug)]
 pub(super) struct Starts {
     pub rotor: Rotor,
     pub summary: Summary,
-    /// Reasons of failed starts, with the number of starts for each reason. Starts with an undetermined pole are not
-    /// included.
+    /// Reasons why starts ended without an angle, with the number of starts for each reason. Starts that found the axis but not the pole
+    /// are not included.
     pub failures: BTreeMap<String, u64>,
-    /// Number of starts that end because the rotor turns or moves.
+    /// Number of starts that ended because the method noticed that the rotor turns or moves.
     pub turning: u64,
-    /// Signed errors in degrees of each start with an axis: of its angle (none without an angle), and of its axis. The error of a sector
-    /// counts from the sector's border.
+    /// Two signed errors in degrees for each start with an axis: the error of the angle, which is none if the start has no angle, and the
+    /// error of the axis. If the method finds only a sector of angles, the error is measured from the border of the sector.
     misses: Vec<(Option<f64>, f64)>,
     /// Time of the longest detection in s.
     pub longest_s: f64,
-    /// Pole evidence of each start with an axis, sorted, relative to the evidence that a decision needs; positive for
-    /// the true pole. A start with 1 or more finds the right pole, a start with −1 or less the wrong one.
+    /// Pole evidence of each start with an axis, in units of the evidence that a decision needs, in ascending order. It is positive for the
+    /// true pole. A start with 1 or more finds the true pole, and a start with −1 or less the wrong one.
     pub evidence: Vec<f64>,
-    /// Distribution of the evidence over starts.
+    /// Distribution of the pole evidence over the starts.
     pub spread: Spread,
-    /// Work done for these starts.
+    /// Work of these starts.
     pub work: u64,
 }
 
-/// Reason why starts were not run to their end.
+/// Reason why not all starts were run.
 pub(super) enum Stopped {
     /// No work is left.
     Spent,
@@ -55,10 +55,11 @@ impl From<CampaignError> for Stopped {
 pub(super) enum Spread {
     /// Approximately normal: only the errors of drive and sensors change the evidence from start to start.
     Normal,
-    /// The evidence depends on the rotor angle more than on errors, and its lower tail is short. This holds for methods
-    /// with six directions and for floating terminals, which respond more to a pole nearer to one of their directions.
+    /// The evidence depends on the rotor angle more than on the errors, and its distribution ends shortly below the mean. This is so for
+    /// methods with six directions and for methods with floating terminals, because they respond more to a pole that is nearer to one of
+    /// their directions.
     OverAngles,
-    /// The method continues until its evidence suffices, so that the evidence is just enough for any motor.
+    /// The method continues until its evidence suffices. The evidence is then just enough, whatever the motor.
     JustEnough,
 }
 
@@ -74,15 +75,14 @@ impl Spread {
         }
     }
 
-    /// Returns true if the distribution in few starts does not show how rare wrong poles are, so that wrong poles must be counted in many
-    /// starts.
+    /// Returns true if the evidence of few starts does not show how rare wrong poles are. Wrong poles must then be counted in many starts.
     pub fn is_counted(self) -> bool {
         self != Self::Normal
     }
 }
 
 impl Starts {
-    /// Runs this number of starts of a scenario; stops if no work is left.
+    /// Runs `trials` starts of a scenario. Ends with an error if the allowed work is used up.
     pub fn of(
         scenario: &Scenario<Method<f64>>,
         rotor: Rotor,
@@ -125,25 +125,25 @@ impl Starts {
         })
     }
 
-    /// Returns the number of starts without an angle: given up, or not simulated to the end.
+    /// Returns the number of starts without an angle. The method gave up in these starts, or the simulation could not continue.
     pub fn failed(&self) -> u64 {
         self.summary.failed + self.summary.errors
     }
 
-    /// Returns a number of starts as a share of all starts.
+    /// Returns the number `starts` as a share of all starts.
     pub fn share(&self, starts: u64) -> f64 {
         starts as f64 / self.summary.trials as f64
     }
 
-    /// Returns the number of starts with an answer whose error exceeds `most_deg` degrees. If poles are not judged (`has_pole` is false),
-    /// an axis alone is an answer.
+    /// Returns the number of starts with an answer whose error exceeds `most_deg` degrees. If `has_pole` is false, poles are not judged,
+    /// and an axis counts as an answer.
     pub fn wrong(&self, most_deg: f64, has_pole: bool) -> u64 {
         let misses =
             self.misses.iter().filter_map(|(angle, axis)| if has_pole { *angle } else { Some(*axis) });
         misses.filter(|miss| miss.abs() > most_deg).count() as u64
     }
 
-    /// Lists the reasons of failed starts in words, the most frequent first, with their counts.
+    /// Lists the reasons why starts ended without an angle, with the number of starts for each reason, the most frequent first.
     fn failures_in_words(&self) -> String {
         let mut reasons: Vec<(&String, &u64)> = self.failures.iter().collect();
         reasons.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
@@ -155,10 +155,10 @@ impl Starts {
         counted.join(", ")
     }
 
-    /// Returns the first percentile of the pole evidence, relative to the evidence that a decision needs. From few starts it is estimated
-    /// by mean and standard deviation. If the evidence depends on the angle, it is estimated from the lower tail as `q5 − 0.70 (q25 − q5)`,
-    /// the first percentile of a normal distribution with this 5th and 25th percentile. This estimate is at most as far below the lowest
-    /// start as the lowest start is below the 5th percentile.
+    /// Returns the first percentile of the pole evidence, in units of the evidence that a decision needs. If the evidence is normally
+    /// distributed, it is computed from mean and standard deviation. If the evidence depends on the angle, it is `q5 − 0.70 (q25 − q5)`,
+    /// with the 5th and the 25th percentile: the first percentile of a normal distribution that has these two. This value is then at most
+    /// as far below the lowest start as the lowest start is below the 5th percentile.
     pub fn least_evidence(&self) -> f64 {
         let n = self.evidence.len() as f64;
         if n < 2.0 {
@@ -181,7 +181,7 @@ impl Starts {
         }
     }
 
-    /// Returns a quantile of the evidence, interpolated between two starts. There must be at least one start.
+    /// Returns the quantile `share` of the evidence, interpolated between two starts. There must be at least one start with an axis.
     fn quantile(&self, share: f64) -> f64 {
         let place = share * (self.evidence.len() - 1) as f64;
         let below: usize = whole(place);
@@ -189,7 +189,8 @@ impl Starts {
         low + (high - low) * (place - below as f64)
     }
 
-    /// Returns mean and standard deviation of the evidence. The deviation is at least that of the starts below the mean.
+    /// Returns mean and standard deviation of the evidence. If the starts below the mean deviate more from it than all starts, their
+    /// deviation is returned.
     fn moments(&self) -> (f64, f64) {
         let n = self.evidence.len() as f64;
         let mean = self.evidence.iter().sum::<f64>() / n;
@@ -200,9 +201,9 @@ impl Starts {
         (mean, all.max(lower).sqrt())
     }
 
-    /// Returns an upper bound of the share of wrong poles. It is found by counting, or, if the evidence is normally
-    /// distributed, from the number of standard deviations between its mean and a wrong pole. Mean and deviation are
-    /// taken at their 95 % bounds. The deviation is widened if the lowest start contradicts a normal tail.
+    /// Returns an upper bound of the share of wrong poles. If the evidence is normally distributed, the bound is the probability that it is
+    /// −1 or less, with mean and standard deviation at their 95 % bounds. The deviation is enlarged if the lowest start contradicts a
+    /// normal distribution. If the evidence is not normally distributed, the bound follows from the number of wrong poles.
     pub fn wrong_poles_at_most(&self) -> f64 {
         let counted =
             standstill_campaign::binomial_interval(self.summary.wrong_poles, self.summary.trials).high;
@@ -225,7 +226,7 @@ impl Starts {
         tail.min(counted)
     }
 
-    /// Returns the demands that these starts do not meet, each with its figures.
+    /// Returns the demands that these starts do not meet, with the values that miss them.
     fn objections(&self, demands: &Demands, most_current: f64, has_pole: bool) -> Vec<Objection> {
         let mut objections = Vec::new();
         let mut object = |about: &'static str, excess: f64, before: String, after: String| {
@@ -275,23 +276,23 @@ impl Starts {
     }
 }
 
-/// Subject of an objection that applies only to a free rotor.
+/// Subject of the objection to the movement, which applies only to a free rotor.
 const MOVEMENT: &str = "movement";
 
-/// A demand that starts do not meet.
+/// Description of a demand that starts do not meet.
 struct Objection {
     /// Subject of the objection.
     about: &'static str,
-    /// The value that misses the demand, by which objections with the same subject are compared.
+    /// The value that misses the demand. Objections with the same subject are compared by it; the largest value is the worst.
     excess: f64,
-    /// Text before the state of the rotor; `after` has the text after it.
+    /// Text before the name of the rotor's state. The text after the name is `after`.
     before: String,
     rotor: Rotor,
     after: String,
 }
 
-/// Returns the demands that starts in several states of the rotor do not meet, in words. A demand that is missed in several states has the
-/// figures of the worst one.
+/// Returns descriptions of the demands that starts in several states of the rotor do not meet. If a demand is missed in several states, the
+/// description has the values of the worst state.
 pub(super) fn objections(
     starts: &[&Starts],
     demands: &Demands,
@@ -323,11 +324,11 @@ pub(super) fn objections(
     all.into_iter().map(text).collect()
 }
 
-/// Evidence, reached by 99 of 100 starts, above which more evidence gains nothing: 1.3 times what a decision needs.
+/// Pole evidence of 99 of 100 starts that is ample, in units of the evidence that a decision needs. More evidence gains nothing.
 pub(super) const COMFORTABLE: f64 = 1.3;
 
-/// Returns the pole evidence of a start with an axis, relative to the evidence that a decision needs; positive for the
-/// true pole, zero if no evidence would suffice.
+/// Returns the pole evidence of a start, in units of the evidence that a decision needs. It is positive for the true pole, and zero if no
+/// evidence would suffice. None if the start has no axis.
 fn towards_north(record: &Record) -> Option<f64> {
     let standstill_sim::Ended::Outcome(outcome) = record.run.ended else { return None };
     record.axis_deg()?;

@@ -10,24 +10,25 @@ use super::bench::{Bench, SEARCH, Setting};
 use super::starts::{Starts, Stopped};
 use super::{Candidate, SuitabilityError};
 
-/// Limits of the shaft's speed, in rpm, for a start while the rotor turns.
+/// Results of simulated motor starts in which the shaft turns at constant speed. All speeds are in rpm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TurningSpeeds {
-    /// True if the method checks for a rotor that turns and the motor has a magnet, without which the check sees nothing.
+    /// True if the method's check for a turning rotor is switched on and can work. It works only if the motor has a magnet.
     pub is_checked: bool,
-    /// Speed from which on at least 95 of 100 starts end because the rotor turns or moves; none if fewer do at all tried speeds.
+    /// Speed from which on at least 95 of 100 starts end because the method notices that the rotor turns or moves. None if at all tried
+    /// speeds fewer do.
     pub notices_rpm: Option<f64>,
-    /// Speed up to which, in both directions, 95 of 100 axis errors are within the demand if the method's check for a rotor that turns is
-    /// off; none if they are within the demand at all tried speeds.
+    /// Speed up to which 95 of 100 axis errors are within the demand, in both directions of rotation and with the check for a turning rotor
+    /// switched off. None if they are within the demand at all tried speeds.
     pub within_rpm: Option<f64>,
-    /// True if no start has an axis at the next tried speed above `within_rpm`, so that no error exceeds the demand there either.
+    /// True if no start has an axis at the next tried speed above `within_rpm`. Then no error exceeds the demand at that speed either.
     pub is_silent: bool,
-    /// Speeds between which wrong answers go unnoticed: with the method's own checks, in at least one direction, more than 5 of 100 starts
-    /// have an answer whose error exceeds the demand. `None` if there is no such speed among those tried; the upper speed is `None` if the
-    /// highest tried speed is one, too. A start without an angle, or without the pole if poles are judged, is no answer.
+    /// Range of speeds in which wrong answers go unnoticed. With the method's own checks and in at least one direction of rotation, more
+    /// than 5 of 100 starts have an answer whose error exceeds the demand. The answer is the angle, or the axis if poles are not judged.
+    /// `None` if this happens at no tried speed. The upper end is `None` if it happens up to the highest tried speed.
     pub unnoticed_rpm: Option<(f64, Option<f64>)>,
-    /// Smallest share of starts with an axis at any tried speed up to `within_rpm`, with the check for a rotor that turns off. The 95 of
-    /// 100 errors are those of starts with an axis.
+    /// Smallest share of starts with an axis at the tried speeds up to `within_rpm`, with the check for a turning rotor switched off. The
+    /// limit `within_rpm` considers only the starts with an axis.
     pub answered: f64,
     /// Highest speed that was tried.
     pub highest_rpm: f64,
@@ -36,27 +37,28 @@ pub struct TurningSpeeds {
 }
 
 impl TurningSpeeds {
-    /// Returns true if at no tried speed wrong answers go unnoticed.
+    /// Returns true if wrong answers go unnoticed at no tried speed.
     pub fn notices_in_time(&self) -> bool {
         self.unnoticed_rpm.is_none()
     }
 }
 
-/// Number of starts at each speed in each direction.
+/// Number of simulated motor starts at each speed in each direction of rotation.
 const EACH_WAY: u64 = 32;
-/// Share of starts that must notice that the rotor turns, and of errors that must be within the demand.
+/// Smallest share of starts in which the method must notice that the rotor turns. It is also the smallest share of errors that must be
+/// within the demand.
 const NOTICED: f64 = 0.95;
-/// Highest speed that is tried, as a multiple of the speed at which the rotor turns by the demanded error within a detection. On average a
-/// method sees the angle in the middle of its detection, so its error exceeds the demand at about twice that speed.
+/// Highest tried speed, as a multiple of the speed at which the rotor turns by the demanded error during a detection. The angle that a
+/// method finds is on average that in the middle of the detection, so the error exceeds the demand at about twice that speed.
 const HIGHEST: f64 = 32.0;
-/// Number of halvings from the highest speed that is tried to the lowest.
+/// Number of times that the highest tried speed is halved to obtain the lowest.
 const HALVINGS: u32 = 10;
-/// Number of bisections that narrow an edge from a factor of 2 to a factor of 2^(1/8), which is 9 %.
+/// Number of bisections of a range of speeds. They narrow its ratio from 2 to 2^(1/8), which is 9 %.
 const STEPS: u32 = 3;
 
 impl Bench<'_> {
-    /// Measures the speeds of a candidate. None if no judged state of the rotor lets it turn, if the method itself turns the rotor, or if
-    /// no work is left.
+    /// Runs starts of a candidate while the shaft turns. None if no judged rotor may turn, if the method itself turns the rotor, or if no
+    /// work is left.
     pub fn turning(&self, candidate: &Candidate) -> Result<Option<TurningSpeeds>, SuitabilityError> {
         let may_turn = self.rotors.iter().any(|rotor| matches!(rotor, Rotor::Free | Rotor::Driven));
         let seconds = candidate.free.mean_duration_s.max(candidate.locked.mean_duration_s);
@@ -127,9 +129,10 @@ impl Bench<'_> {
     }
 }
 
-/// Returns the speeds between which starts mislead: from the last tried speed at which they do not, to the next tried speed at which they
-/// no longer do, or at which the method notices the rotor. `exceeds`: the last speed in rpm at which errors are within the demand, and the
-/// next one, at which they are not; `notices`: the speed at which the method notices the rotor.
+/// Returns the range of speeds in rpm in which wrong answers go unnoticed. `misleads` runs starts at a speed and returns true if they do.
+/// `exceeds` has the last speed at which the errors are within the demand, and the next tried speed. `notices` is the speed from which on
+/// the method notices that the rotor turns. The range begins at the last tried speed without unnoticed wrong answers. It ends at the next
+/// tried speed without them, or at `notices`.
 fn unnoticed(
     exceeds: [f64; 2],
     notices: f64,
@@ -150,19 +153,20 @@ fn unnoticed(
     Ok(from.map(|from| (from, (notices <= highest).then_some(notices))))
 }
 
-/// Returns true if the starts at a speed in rpm show the effect whose limit is searched for.
+/// Function that runs starts at a speed in rpm and returns true if they show the effect that is searched for.
 type Shows<'a> = dyn FnMut(f64) -> Result<bool, Stopped> + 'a;
 
-/// Starts of one scenario at the speeds that were tried.
+/// Starts of one scenario at all tried speeds.
 struct Course<'a> {
     bench: &'a Bench<'a>,
     scenario: Scenario<Method<f64>>,
-    /// Speeds with their signs, and the starts at them.
+    /// Tried speeds in rpm, each with its starts. The sign is the direction of rotation.
     seen: Vec<(f64, Starts)>,
 }
 
 impl Course<'_> {
-    /// Returns true if the starts at this speed satisfy `shows` in both directions. Starts that were not run yet are run.
+    /// Returns true if the starts at this speed satisfy `shows` in both directions of rotation. The starts are run if they were not run
+    /// before.
     fn both_ways(&mut self, rpm: f64, shows: impl Fn(&Starts) -> bool) -> Result<bool, Stopped> {
         for rpm in [rpm, -rpm] {
             let known = self.seen.iter().find(|(known, _)| *known == rpm).map(|(_, starts)| shows(starts));
@@ -183,13 +187,13 @@ impl Course<'_> {
     }
 }
 
-/// Returns the speeds that are tried first, each twice the one before.
+/// Returns the first tried speeds in ascending order. Each is twice the one before.
 fn doublings(highest: f64) -> impl Iterator<Item = f64> {
     (0..=HALVINGS).rev().map(move |halvings| highest / f64::from(1_u32 << halvings))
 }
 
-/// Returns two speeds in rpm that are 9 % apart: the effect shows at the upper one and not at the lower one. None if it shows at none of
-/// the speeds that are tried first.
+/// Returns two speeds in rpm that differ by 9 %. The effect shows at the higher one and not at the lower one. None if it shows at none of
+/// the first tried speeds.
 fn edge(highest: f64, shows: &mut Shows<'_>) -> Result<Option<[f64; 2]>, Stopped> {
     for found in doublings(highest) {
         if !shows(found)? {

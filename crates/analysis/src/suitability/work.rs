@@ -10,22 +10,22 @@ use standstill_numeric::whole;
 use standstill_odds::subset::Effort;
 use standstill_sim::Work;
 
-/// Number of segments and events that take as long as one evaluation of the equations. Evaluations, segments and events, and time of a
-/// start on the paper's motor: `bipolar` 473, 372, 162 µs; `line-inductance-fast` 273, 125, 90 µs; rotating injection 10,315, 3,008, 3.1
-/// ms; maximum likelihood 828, 1,123, 420 µs (`standstill run paper-5k5 -s detector.method=M --trials 4000`, processor time on a busy
-/// machine).
+/// Number of segments and events that take as long as one evaluation of the equations. It follows from starts on the paper's motor.
+/// `bipolar`: 473 evaluations, 372 segments and events, 162 µs. `line-inductance-fast`: 273, 125, 90 µs. Rotating injection: 10,315, 3,008,
+/// 3.1 ms. Maximum likelihood: 828, 1,123, 420 µs. (`standstill run paper-5k5 -s detector.method=M --trials 4000`, processor time on a busy
+/// computer.)
 const PER_EVALUATION: u64 = 3;
 
-/// Number of evaluations without terminal capacitances that take as long as one evaluation with capacitances, as in the error set `field`.
-/// On a gimbal's motor an evaluation with capacitances took 1.0 to 1.2 µs in searches and confirmations of a check, an evaluation without
-/// them 0.31 µs (`standstill check gimbal-2804.toml -s errors=field`, processor time).
+/// Number of evaluations without terminal capacitances that take as long as one evaluation with them. The error set `field` has terminal
+/// capacitances. On a gimbal's motor, an evaluation with them took 1.0 to 1.2 µs in a check, and an evaluation without them 0.31 µs
+/// (`standstill check gimbal-2804.toml -s errors=field`, processor time).
 const OF_TERMINALS: u64 = 4;
 
-/// Work of [`Effort::Normal`]: about a minute at 0.33 µs per evaluation.
+/// Work of [`Effort::Normal`] in evaluations. It takes about a minute at 0.33 µs per evaluation.
 const NORMAL: u64 = 180_000_000;
 
-/// Returns the largest work of a check with this effort, in evaluations of the machine's equations. A normal check takes about a minute of
-/// processor time, a quick one a quarter of that, one of high effort sixteen times as much.
+/// Returns the largest allowed work of a check, in evaluations of the machine's equations. A check with normal effort takes at most about a
+/// minute of processor time. With quick effort it takes a quarter of that, with high effort sixteen times as much.
 pub const fn most(effort: Effort) -> u64 {
     match effort {
         Effort::Quick => NORMAL / 4,
@@ -34,13 +34,13 @@ pub const fn most(effort: Effort) -> u64 {
     }
 }
 
-/// Returns the work of one start with this bridge, in evaluations of the equations without terminal capacitances.
+/// Returns the work of one simulated motor start with this bridge, in evaluations of the equations without terminal capacitances.
 pub(super) fn of_start(work: &Work, bridge: &Bridge) -> u64 {
     let each = if bridge.terminal_capacitance > 0.0 { OF_TERMINALS } else { 1 };
     each * work.derivatives + (work.segments + work.events) / PER_EVALUATION
 }
 
-/// Budget of the work of a check, or of a part of it.
+/// Budget for the work of a check or of a part of a check.
 #[derive(Debug)]
 pub(super) struct Allowance {
     done: Cell<u64>,
@@ -63,13 +63,13 @@ impl Allowance {
         self.limit.get().saturating_sub(self.done.get())
     }
 
-    /// Adds work that was done, and returns true if any is left.
+    /// Adds work to the work done so far. Returns true if some of the budget is left.
     pub fn spend(&self, work: u64) -> bool {
         self.done.set(self.done.get() + work);
         self.has(0)
     }
 
-    /// Returns true if more than this much work is left. If not, records that the present part of the check is cut.
+    /// Returns true if more than this work is left. If not, the present part of the check is marked as cut.
     pub fn has(&self, work: u64) -> bool {
         let has = work < self.left();
         if !has {
@@ -78,8 +78,8 @@ impl Allowance {
         has
     }
 
-    /// Carries out a part of the check with at most a share of the remaining work. Returns the result and whether the
-    /// part was cut. The enclosing part then counts as cut, too.
+    /// Carries out a part of the check with at most this share of the remaining work. Returns the result of the part, and true if the part
+    /// was cut. A part that encloses a cut part counts as cut, too.
     pub fn within<T>(&self, share: f64, part: impl FnOnce() -> T) -> (T, bool) {
         let (limit, cut) = (self.limit.get(), self.cut.replace(false));
         let most = whole(share * self.left() as f64);
@@ -91,13 +91,13 @@ impl Allowance {
         (done, was_cut)
     }
 
-    /// Carries out a part of the check with all work that is left except `kept`, but with at least the share `least` of it. Returns the same
-    /// as [`Self::within`].
+    /// Carries out a part of the check with all work that is left except `kept`. The part gets at least the share `least` of the work that is
+    /// left. Returns the result and whether the part was cut, as [`Self::within`] does.
     pub fn within_all_but<T>(&self, kept: f64, least: f64, part: impl FnOnce() -> T) -> (T, bool) {
         self.within((1.0 - kept / self.left() as f64).max(least), part)
     }
 
-    /// Returns true if the present part of the check left something out because no work was left.
+    /// Returns true if the present part of the check left something out because the budget was used up.
     pub const fn is_cut(&self) -> bool {
         self.cut.get()
     }

@@ -8,12 +8,12 @@ use crate::limit::{Limits, Measure, Tally, rms};
 /// Number of bootstrap samples.
 const SAMPLES: u64 = 400;
 
-/// Returns the difference of each measure between two settings, second less first, with its 95 % interval. Effects of
-/// the random numbers that are common to both cancel. For a share, the interval is computed from the trials in which
-/// only one of the settings had the event, and exists even if no event was observed. For other measures it comes from a
-/// bootstrap over paired trials (B. Efron, "Bootstrap methods", 1979, doi:10.1214/aos/1176344552), which does not cover
-/// what was not observed: see [`unseen`]. Only equal settings (`alike`) are known to have a difference of zero. Other
-/// settings may differ in a trial that was not observed, such as a threshold that no trial has reached.
+/// Returns the difference of each measure between two settings, second minus first, with its 95 % interval. Effects of the common random
+/// numbers cancel. The interval of a share is computed from the trials in which the event happened with only one of the settings. It exists
+/// even if the event was never observed. The intervals of other measures come from a bootstrap over paired trials (B. Efron, "Bootstrap
+/// methods", 1979, doi:10.1214/aos/1176344552). A bootstrap does not cover what was not observed: see [`unseen`]. The difference is zero if
+/// `alike` is true, which states that the settings are equal. Other settings may differ in a trial that was not run, even if all observed
+/// trials are equal.
 pub fn paired(
     taken: &Limits,
     [first, second]: [&Tally; 2],
@@ -34,8 +34,8 @@ pub fn paired(
     taken.0.iter().zip(pairs).map(of).collect()
 }
 
-/// Returns the difference of two shares, second less first, with its 95 % interval. `a` and `b`: for each trial, above zero if the event
-/// happened.
+/// Returns the difference of two shares, second minus first, with its 95 % interval. `a` and `b` have a number for each trial, which is
+/// above zero if the event happened.
 fn shares(a: &[f64], b: &[f64]) -> Estimate {
     let alone = |one: &[f64], other: &[f64]| {
         one.iter().zip(other).filter(|(one, other)| **one > 0.0 && **other <= 0.0).count() as u64
@@ -69,17 +69,18 @@ fn bootstrapped(measure: Measure, a: &[f64], b: &[f64], seed: u64) -> Estimate {
     Estimate { value: apart(a.to_vec(), b.to_vec()), low: at(25), high: at(975) }
 }
 
-/// Possible effect of starts without an answer on the difference of two rms errors, if none was observed in the trials.
+/// Possible effect on the difference of two rms errors of starts without an answer that did not occur in the trials.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unseen {
     /// Largest possible increase of the share of starts without an answer.
     pub share: f64,
-    /// Rms error in degrees of the second settings with that increase.
+    /// Rms error of the second settings, in degrees, if the share increases by this amount.
     pub rms_deg: f64,
 }
 
-/// Returns the effect of unobserved starts without an answer; none if they cannot make the second rms error as large as the first. `first`
-/// and `second`: rms errors in degrees; `more`: difference of the shares of starts without an answer.
+/// Returns the possible effect of starts without an answer that did not occur in the trials. None if it cannot make the second rms error as
+/// large as the first. `first` and `second` are the rms errors in degrees. `more` is the difference of the shares of starts without an
+/// answer.
 pub fn unseen(first: &Estimate, second: &Estimate, more: &Estimate) -> Option<Unseen> {
     let rms_deg = (second.value * second.value + rms::square_of(more.high.max(0.0))).sqrt();
     (more.high > 0.0 && rms_deg >= first.value).then_some(Unseen { share: more.high, rms_deg })

@@ -7,15 +7,14 @@ use crate::limit::{Limit, Limits};
 use crate::require::Bench;
 use crate::{Halt, Watch};
 
-/// Number of bounds on the second measure; for each, the first measure is minimised below this bound.
+/// Number of bounds on the second measure. For each of them, the first measure is minimised with the second below the bound.
 const VALUES: usize = 6;
 
 /// Largest number of points that are selected from the Pareto front.
 const MOST: usize = 14;
 
-/// Returns settings along the Pareto front, according to the search's own trials. The first measure is minimised while
-/// the second is below a bound, for one bound after the other (V. Chankong and Y. Y. Haimes, "Multiobjective Decision
-/// Making", 1983, the ε-constraint method).
+/// Returns settings along the Pareto front, according to the trials of the search. For one bound after the other, the first measure is
+/// minimised with the second below the bound (ε-constraint method of V. Chankong and Y. Y. Haimes, "Multiobjective Decision Making", 1983).
 pub(super) fn along<E>(
     question: &Question<'_>,
     search: &mut Search<'_, E>,
@@ -63,7 +62,7 @@ fn merit(question: &Question<'_>, look: &Look) -> f64 {
     look.measured.as_ref().map_or(f64::INFINITY, |m| m.get(question.goal.minimise).value)
 }
 
-/// Returns the settings that keep the limits according to their results with this number of trials.
+/// Returns the settings that keep the limits in their results with this number of trials.
 fn usable(question: &Question<'_>, looks: &[Look], trials: u64) -> Vec<Look> {
     let keeps = |look: &&Look| {
         let score = question.goal.score(look.measured.as_ref(), View::Likely);
@@ -72,7 +71,7 @@ fn usable(question: &Question<'_>, looks: &[Look], trials: u64) -> Vec<Look> {
     looks.iter().filter(keeps).cloned().collect()
 }
 
-/// Measures these settings on trials of this seed, which the search has not used.
+/// Measures settings on trials with a seed that the search has not used.
 pub(super) fn judged(
     bench: &Bench<'_>,
     taken: &Limits,
@@ -90,8 +89,8 @@ pub(super) fn judged(
     Ok(all)
 }
 
-/// Keeps only settings on the Pareto front, for which no other settings are better in both measures, sorted by the
-/// second measure.
+/// Keeps only the settings on the Pareto front and sorts them by the second measure. No other settings are better than these in both
+/// measures.
 pub(super) fn keep(points: &mut Vec<Judged>, question: &Question<'_>) {
     let of = |judged: &Judged| {
         [question.goal.minimise, question.against].map(|measure| judged.measured.get(measure).value)

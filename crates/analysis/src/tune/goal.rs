@@ -19,14 +19,14 @@ pub struct Goal {
 pub struct Measured(pub Vec<(Measure, Estimate)>);
 
 impl Measured {
-    /// Returns the estimate of a measure; NaN if the measure was not taken.
+    /// Returns the estimate of a measure, or NaN if the measure was not computed.
     pub fn get(&self, measure: Measure) -> Estimate {
         let none = Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
         self.0.iter().find(|(taken, _)| *taken == measure).map_or(none, |(_, estimate)| *estimate)
     }
 
-    /// Returns a term that is added to the objective and subtracted from broken limits' slacks if no start has an answer; 0 if a start has
-    /// an answer, or if the distance was not measured.
+    /// Returns a penalty for settings with which no start has an answer. It is added to the objective and subtracted from the slacks of
+    /// broken limits. It is 0 if a start has an answer, or if the distance from an answer was not measured.
     fn away(&self) -> f64 {
         let all_open = self.get(Measure::Unanswered).value >= 1.0;
         let distance = self.get(Measure::Distance).value;
@@ -34,21 +34,21 @@ impl Measured {
     }
 }
 
-/// Weight of the starts' mean distance from an answer if no start has an answer. It is small compared with the
-/// measures, so that a first start with an answer gains more.
+/// Weight of the starts' mean distance from an answer in this penalty. It is small compared with the measures, so that settings with a
+/// first answer are always better.
 const OF_DISTANCE: f64 = 0.1;
 
-/// End of a confidence interval by which limits are judged.
+/// Value of a confidence interval that is compared with a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum View {
     /// The point estimate.
     Likely,
-    /// The unfavourable end of the interval: a limit that holds then holds surely.
+    /// The unfavourable end of the interval. A limit that holds there certainly holds.
     Sure,
 }
 
-/// Score of settings. Settings that break limits less are better; among equal ones, those with the smaller measure (the
-/// rules of K. Deb, "An efficient constraint handling method for genetic algorithms", 2000,
+/// Score of settings. The settings that break the limits less are better. If they break them equally, those with the smaller minimised
+/// measure are better (rules of K. Deb, "An efficient constraint handling method for genetic algorithms", 2000,
 /// doi:10.1016/S0045-7825(99)00389-8).
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Score {
@@ -68,14 +68,15 @@ impl Score {
     }
 }
 
-/// Smallest and largest logarithm of the measure: values beyond an end count as that end.
+/// Smallest and largest logarithm of the minimised measure. Values outside this range count as the nearer end.
 const MERITS: (f64, f64) = (-30.0, 8.0);
 
-/// Largest magnitude of a negative slack; the slack of an exceeded limit of zero has this magnitude.
+/// Largest magnitude of a negative slack. The slack of a limit of zero has this magnitude if the limit is exceeded.
 const BROKEN: f64 = 10.0;
 
-/// Returns the slack of a limit: 1 at a value of zero, 0 at the limit, −1 at twice the limit. Beyond that it falls with the logarithm of
-/// the value, down to −[`BROKEN`]. A limit of zero has no scale: the slack is 0 if the value keeps it, else −[`BROKEN`].
+/// Returns the slack of the limit `most` at a value. The slack is 1 at a value of zero, 0 at the limit, and −1 at twice the limit. Beyond
+/// that it falls with the logarithm of the value, down to −[`BROKEN`]. The slack of a limit of zero is 0 if the limit holds, else
+/// −[`BROKEN`].
 fn left(value: f64, most: f64) -> f64 {
     if most <= 0.0 {
         return if value <= most { 0.0 } else { -BROKEN };
@@ -91,10 +92,10 @@ fn left(value: f64, most: f64) -> f64 {
 }
 
 impl Goal {
-    /// Returns objective and constraints for the optimiser: the measure's logarithm, and the relative slack of each
-    /// limit, which is negative if the limit is broken. Invalid settings have the worst possible values. If no start
-    /// has an answer, all measures that count such starts are equal for all settings, so the starts' distance from an
-    /// answer is added to objective and constraints.
+    /// Returns objective and constraints for the optimiser. The objective is the logarithm of the minimised measure. The constraints are
+    /// the slacks of the limits, which are negative if the limits are broken. Invalid settings have the worst possible values. If no start
+    /// has an answer, measures that count such starts do not distinguish settings. A penalty for the starts' distance from an answer does
+    /// this instead.
     pub fn view(&self, measured: Option<&Measured>, view: View) -> (f64, Vec<f64>) {
         let Some(measured) = measured else {
             return (MERITS.1, vec![-BROKEN; self.limits.0.len()]);
@@ -112,7 +113,7 @@ impl Goal {
         (merit + away, left.collect())
     }
 
-    /// Returns the score of settings from their measures; `measured` is none for invalid settings.
+    /// Returns the score of settings. `measured` is none for invalid settings.
     pub fn score(&self, measured: Option<&Measured>, view: View) -> Score {
         if measured.is_none() {
             return Score::WORST;

@@ -13,41 +13,42 @@ use cobyla::{Func, RhoBeg, StopTols, minimize};
 
 use super::{Goal, Measured, Range, Score, View};
 
-/// Settings that were tried, with their results.
+/// Tried settings with their results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {
     /// Values of the keys in SI, in the order of the ranges.
     pub values: Vec<f64>,
     /// Number of trials.
     pub trials: u64,
-    /// Estimates of the measures; none if the values are invalid.
+    /// Estimates of the measures. None if the values are invalid.
     pub measured: Option<Measured>,
 }
 
-/// Function that measures settings with a number of trials; returns none if the values are invalid.
+/// Function that measures settings. Its arguments are the values of the keys and the number of trials. It returns none if the values are
+/// invalid.
 pub type Taker<'a, E> = &'a mut dyn FnMut(&[f64], u64) -> Result<Option<Measured>, E>;
 
-/// State of a search: the settings that were tried so far.
+/// State of a search, with all settings tried so far.
 pub struct Search<'a, E> {
     ranges: &'a [Range],
     take: Taker<'a, E>,
-    /// All settings that were tried, with one entry for each number of trials.
+    /// All tried settings. Settings that were tried with different numbers of trials have an entry for each number.
     pub looks: Vec<Look>,
     known: HashMap<(Vec<u64>, u64), usize>,
 }
 
-/// Parameters of a descent: a search from given settings to better ones.
+/// Parameters of a descent, which is a search that moves from given settings to better ones.
 #[derive(Clone, Copy, Debug)]
 pub struct Descent<'a> {
     /// Measure to be minimised, and limits to be kept.
     pub goal: &'a Goal,
     /// Number of trials per setting.
     pub trials: u64,
-    /// End of the confidence intervals by which limits are judged.
+    /// Value of the confidence intervals that is compared with the limits.
     pub view: View,
     /// Initial size of the trust region, as a share of the ranges.
     pub width: f64,
-    /// Number of evaluations for each key that the descent moves.
+    /// Number of evaluations per key whose value the descent varies.
     pub often: usize,
 }
 
@@ -57,7 +58,7 @@ impl<'a, E> Search<'a, E> {
         Self { ranges, take, looks: Vec::new(), known: HashMap::new() }
     }
 
-    /// Measures settings, unless they were measured before; returns their index in [`Self::looks`].
+    /// Measures settings unless they were measured before with this number of trials. Returns their index in [`Self::looks`].
     ///
     /// # Errors
     /// Errors of the function that measures settings.
@@ -72,14 +73,14 @@ impl<'a, E> Search<'a, E> {
         Ok(self.looks.len() - 1)
     }
 
-    /// Returns the score of settings, which are measured if necessary.
+    /// Returns the score of settings. They are measured if they were not measured before.
     fn score(&mut self, values: &[f64], how: &Descent<'_>) -> Result<Score, E> {
         let number = self.look(values, how.trials)?;
         Ok(how.goal.score(self.looks[number].measured.as_ref(), how.view))
     }
 
-    /// Searches for better values of the keys `free`. Returns the values of all keys, which are no worse than the
-    /// initial ones.
+    /// Searches for better values of the keys with the indices `free`. Returns the values of all keys. They are no worse than the initial
+    /// values `from`.
     fn move_free(&mut self, from: &[f64], free: &[usize], how: &Descent<'_>) -> Result<Vec<f64>, E> {
         let began = self.looks.len();
         let mut best = (self.score(from, how)?, from.to_vec());
@@ -141,7 +142,8 @@ impl<'a, E> Search<'a, E> {
         Ok(best.1)
     }
 
-    /// Searches for better values of all keys together; whole numbers are rounded. Returns the best values, which are no worse than `from`.
+    /// Searches for better values of all keys together. Values of keys that take whole numbers are rounded. Returns the best values, which
+    /// are no worse than `from`.
     ///
     /// # Errors
     /// Errors of the function that measures settings.
@@ -150,8 +152,8 @@ impl<'a, E> Search<'a, E> {
         self.move_free(from, &all, how)
     }
 
-    /// Moves each whole number by 1 in both directions as long as that helps, and searches the other keys anew for each step. Returns the
-    /// best values, which are no worse than `from`.
+    /// Changes each whole number by 1 in both directions as long as that helps. The other keys are searched anew after each change. Returns
+    /// the best values, which are no worse than `from`.
     ///
     /// # Errors
     /// Errors of the function that measures settings.

@@ -18,8 +18,9 @@ pub struct Range {
 }
 
 impl Range {
-    /// Returns the value at a position in the range, from 0 (smallest) to 1 (largest): on a geometric scale if all values are
-    /// above zero, else on a linear one. The value has at most four digits, so that a printed value is the one that was judged.
+    /// Returns the value at a position in the range. The position is 0 at the smallest value and 1 at the largest. The scale is geometric
+    /// if all values are above zero, else linear. The value is rounded to four digits, so that a printed value is exactly the value that
+    /// was tried.
     ///
     /// ```
     /// use standstill_analysis::tune::Range;
@@ -34,7 +35,7 @@ impl Range {
         value.clamp(self.low, self.high)
     }
 
-    /// Returns the position of a value in the range, from 0 to 1. A value outside has the position of the nearer end.
+    /// Returns the position of a value in the range, from 0 to 1. A value outside the range has the position of the nearer end.
     pub fn place(&self, value: f64) -> f64 {
         let place = if self.low > 0.0 {
             ln(value.max(self.low) / self.low) / ln(self.high / self.low)

@@ -12,8 +12,8 @@ use crate::qualify::sequential::Share;
 use crate::subset::{Effort, Settings};
 use crate::{Odds, System};
 
-/// Event with a known probability: the mean of sixteen standard normals exceeds a bound. The variance of the mean is a
-/// sixteenth.
+/// Event with a known probability. The mean of sixteen standard normal numbers, divided by its standard deviation of 1/4, exceeds this
+/// bound.
 struct MeanBeyond(f64);
 
 const DRAWS: usize = 16;
@@ -30,13 +30,13 @@ impl System for MeanBeyond {
     }
 }
 
-/// Number of standard deviations that a normal exceeds with a probability of one in a million.
+/// Number of standard deviations that a normal number exceeds with a probability of one in a million.
 const MILLIONTH: f64 = 4.753_424_308_822_9;
 
-/// Allowed error of the odds in decades; their 99.9 % interval is about ± 0.1.
+/// Allowed error of the computed probability, in decades. The 99.9 % interval of this probability is about ± 0.1 decades.
 const DECADES: f64 = 0.15;
 
-/// Checks subset simulation on an event of probability 1e-6.
+/// Checks subset simulation on an event with a probability of one in a million.
 fn odds() -> Witness {
     let settings = Settings::of(Effort::Quick, 1);
     let found = Odds::of(&MeanBeyond(MILLIONTH), &settings, &AtomicBool::new(false), |_| {});
@@ -44,8 +44,8 @@ fn odds() -> Witness {
     Witness::closed("logarithm of the odds of an event of one in a million", [-6.0, here], DECADES, "")
 }
 
-/// Checks that draws are normal: the share beyond one standard deviation must be within four of its own standard
-/// deviations.
+/// Checks that random draws are normally distributed. The share of draws beyond one standard deviation must be within four of its own
+/// standard deviations of the known share.
 fn normals() -> Witness {
     const COUNT: u32 = 100_000;
     let known = 0.317_310_507_863;
@@ -60,15 +60,15 @@ fn normals() -> Witness {
     )
 }
 
-/// Checks the exact binomial interval for no event in a thousand trials, whose upper end is 1 − 0.025^(1/1000).
+/// Checks the exact binomial interval for an event that did not happen in a thousand trials. The upper end is 1 − 0.025^(1/1000).
 fn exact_interval() -> Witness {
     let known = 1.0 - exp(ln(0.025) / 1000.0);
     let here = binomial_interval(0, 1000).high;
     Witness::closed("upper end of the exact interval of none in 1,000", [known, here], 1e-12, "")
 }
 
-/// Checks the sequential interval of a share after one trial without the event: its upper end is the q for which b/(a +
-/// b)/(1 − q) = 1/α, with a = 1/2, and b = 2 for a limit of 0.2.
+/// Checks the sequential interval of a share after one trial in which the event did not happen. The upper end is the q for which b/(a +
+/// b)/(1 − q) = 1/α, with a = 1/2, b = 2 for a limit of 0.2, and α = 0.3.
 fn sequential_interval() -> Witness {
     let known = 1.0 - 0.3 * 2.0 / 2.5;
     let here = Share { most: 0.2, alpha: 0.3 }.interval(0, 1)[1];

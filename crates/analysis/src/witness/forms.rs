@@ -10,12 +10,12 @@ use standstill_sim::{Case, ComparatorSettings, Event, SensorSettings, Sensors, T
 use super::{Witness, WitnessError, motor};
 use crate::bound::replay::{TERMINAL, TIME, replay, watched};
 
-/// Voltage of the link in V.
+/// Voltage of the DC link in V.
 const LINK: f64 = 550.0;
 /// Rotor angle in degrees during line pulses.
 const ANGLE_DEG: f64 = 43.2;
 
-/// Returns a motor without saturation: L_A is 9.2 mH, L_B −2.1 mH, the resistance of a phase 1 Ω.
+/// Returns a motor without saturation. L_A is 9.2 mH, L_B is −2.1 mH, and the resistance of a phase is 1 Ω.
 ///
 /// # Errors
 /// There is no such built-in motor.
@@ -46,8 +46,8 @@ fn pulse() -> Command<f64> {
     Command::hold(Stage::line(Phase::A, Phase::B, pulse), Sampling::once(pulse))
 }
 
-/// Checks the current in A at the end of a line pulse of 80 µs from rest, U/2R (1 − exp(−2R t/L)), with the third leg
-/// open or with diodes.
+/// Checks the current in A at the end of a line pulse of 80 µs. The rotor is at rest, and the third leg is open or conducts through its
+/// diodes. The closed form is U/2R (1 − exp(−2R t/L)).
 ///
 /// # Errors
 /// A run could not continue.
@@ -65,8 +65,8 @@ pub fn line_pulse(open_leg: OpenLeg) -> Result<Witness, WitnessError> {
     ))
 }
 
-/// Checks the time in s at which the diodes have brought the current of a line pulse to zero after all gates turned off: (i + U/2R) exp(−2R
-/// t/L) = U/2R.
+/// Checks the time in s at which the diodes have brought the current of a line pulse to zero after all gates were turned off. The known
+/// time t after the turn-off fulfils (i + U/2R) exp(−2R t/L) = U/2R.
 ///
 /// # Errors
 /// A run could not continue.
@@ -86,7 +86,7 @@ pub fn gates_off() -> Result<Witness, WitnessError> {
     Ok(Witness::closed("time at which gates that are off have ended the current", figures, 1e-10, "s"))
 }
 
-/// Checks the current in A after a voltage step with eddy currents and without resistance, V t/L + G V τ (1 −
+/// Checks the current in A after a voltage step in a motor with eddy currents and without resistance. The closed form is V t/L + G V τ (1 −
 /// exp(−t/τ)).
 ///
 /// # Errors
@@ -108,8 +108,8 @@ pub fn eddy_step() -> Result<Witness, WitnessError> {
     Ok(Witness::closed("current of a voltage step with eddy currents", [known, here], 1e-9 * known, "A"))
 }
 
-/// Checks the time in s at which a comparator trips at 8 A while a voltage vector is applied: the root of a sum of two exponentials, found
-/// by bisection to the last bit.
+/// Checks the time in s at which a comparator trips at 8 A while a voltage vector is applied. The known time is the root of a sum of two
+/// exponentials, found by bisection to the last bit.
 ///
 /// # Errors
 /// A run could not continue.
@@ -144,8 +144,8 @@ pub fn threshold() -> Result<Witness, WitnessError> {
     Ok(Witness::closed("time of a comparator's trip at 8 A", [low, here], 50e-12, "s"))
 }
 
-/// Checks the voltage in V of the open terminal 100 µs into a line pulse, U/2 + r U exp(−2R t/L); r follows from
-/// saliency and angle.
+/// Checks the voltage in V of the open terminal 100 µs after the start of a line pulse. The closed form is U/2 + r U exp(−2R t/L), where r
+/// follows from the saliency and the rotor angle.
 ///
 /// # Errors
 /// A run could not continue.
@@ -167,8 +167,8 @@ pub fn open_terminal() -> Result<Witness, WitnessError> {
     Ok(Witness::closed("voltage of the open terminal during a line pulse", [known, here], 1e-6, "V"))
 }
 
-/// Checks the current in A of a voltage vector that a dead time shortens, because it delays the turn-on of the leg by 2 µs: 2/3 U (t −
-/// t_d)/L_d in a motor without resistance.
+/// Checks the current in A of a voltage vector that a dead time shortens. The dead time of 2 µs delays the turn-on of the leg. The closed
+/// form is 2/3 U (t − t_d)/L_d, in a motor without resistance.
 ///
 /// # Errors
 /// A run could not continue.

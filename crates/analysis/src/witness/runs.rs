@@ -22,8 +22,8 @@ fn ledger(decay: Decay, name: &str) -> Result<Ledger, WitnessError> {
     run(&case, &mut detector, true, &mut NoProbe).ledger.ok_or_else(|| setting(&"a run without a ledger"))
 }
 
-/// Checks that energy is conserved: the source's energy is lost, stored or turned into motion. The figure is the
-/// imbalance divided by the energy that was lost or turned into motion.
+/// Checks that energy is conserved. The source's energy must equal the energy that is lost, stored or turned into motion. The figure is the
+/// imbalance, divided by the energy that is lost or turned into motion.
 fn energy(decay: Decay, name: &str) -> Result<Witness, WitnessError> {
     let ledger = ledger(decay, name)?;
     let scale = ledger.copper_loss + ledger.device_loss + ledger.shaft_work.abs();
@@ -31,8 +31,8 @@ fn energy(decay: Decay, name: &str) -> Result<Witness, WitnessError> {
     Ok(Witness::number(claim, "conservation", [0.0, ledger.imbalance() / scale], 1e-6, ""))
 }
 
-/// Checks the engine against an independent integrator: replays the commands of a detection with both, the second at a
-/// tighter tolerance, and takes the largest difference of the currents in A.
+/// Checks the simulation against an independent integrator. Both run the commands of a detection, the integrator with a tighter tolerance.
+/// The figure is the largest difference of the currents in A.
 fn agreement(method: MethodName) -> Result<Witness, WitnessError> {
     let scenario = Scenario::of_method(method, motor("paper-5k5")?, ErrorSet::Default, RotorState::Free, 1);
     let mut case = scenario.case(5);
@@ -53,8 +53,7 @@ fn agreement(method: MethodName) -> Result<Witness, WitnessError> {
     Ok(Witness::number(claim, "another integrator", [0.0, apart], limit, "A"))
 }
 
-/// Checks the paper's method on a motor without saturation and with an ideally open leg: the largest error of the axis
-/// in degrees.
+/// Checks the paper's method on a motor without saturation and with an ideally open leg. The figure is the largest axis error in degrees.
 fn paper(decay: Decay) -> Result<Witness, WitnessError> {
     let linear = motor("paper-5k5")?.linearised();
     let mut scenario = Scenario::paper(linear, ErrorSet::None, decay, RotorState::Locked, 1);
