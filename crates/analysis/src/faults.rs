@@ -5,6 +5,7 @@
 //! dangerous answer without the checks that have no answer with the checks.
 
 mod entry;
+mod reactions;
 mod reasons;
 #[cfg(test)]
 mod tests;
@@ -22,6 +23,8 @@ use standstill_scenario::{FileError, Plan, Record, Scenario, ScenarioFile, Verdi
 use standstill_sim::{Ended, RunError};
 
 pub use self::entry::{Begins, Entry};
+pub use self::reactions::Reactions;
+use self::reactions::onset;
 pub use self::reasons::reasons_that_name;
 use crate::{Demands, Halt, Watch};
 use standstill_odds::kept;
@@ -132,10 +135,8 @@ pub struct Counts {
     pub dangerous: u64,
     /// Number of dangerous starts that end without an answer when the method's checks are on.
     pub caught: u64,
-    /// Sum of the durations in s of all starts without an answer. The duration of such a start is the time until the fault is noticed.
-    pub reaction: f64,
-    /// Longest duration in s of a start without an answer.
-    pub longest_reaction: f64,
+    /// Times from the onset of the fault to the end of the starts without an answer.
+    pub reactions: Reactions,
     /// Number of starts that end without an answer even with the method's checks off.
     pub refused_without: u64,
     /// The dangerous answer with the largest error.
@@ -186,14 +187,9 @@ impl Counts {
         self.unanswered.iter().filter(|(reason, _)| reasons.contains(&reason.as_str())).map(|(_, n)| n).sum()
     }
 
-    /// Returns the mean duration in s of the starts without an answer. None if all starts have an answer.
-    pub fn mean_reaction(&self) -> Option<f64> {
-        (self.detected() > 0).then(|| self.reaction / self.detected() as f64)
-    }
-
     /// Adds a start. `with` is the start's record with the method's checks on. `without` is its record with the checks off, if that trial
-    /// was run.
-    fn add(&mut self, with: &Record, without: Option<&Record>, allowed: Allowed) {
+    /// was run. `onset` is the time in s at which the fault begins, if it is known.
+    fn add(&mut self, with: &Record, without: Option<&Record>, allowed: Allowed, onset: Option<f64>) {
         self.trials += 1;
         let tripped = has_tripped(with);
         self.overcurrent += u64::from(tripped || with.run.peak_current > allowed.current);
@@ -204,9 +200,9 @@ impl Counts {
         if detected {
             *self.unanswered.entry(reason(with)).or_default() += 1;
             self.undetermined += u64::from(with.verdict() == Verdict::Undetermined);
-            let lasted = with.run.duration.seconds();
-            self.reaction += lasted;
-            self.longest_reaction = self.longest_reaction.max(lasted);
+            if let Some(onset) = onset {
+                self.reactions.add(onset, with.run.duration.seconds());
+            }
         }
         self.refused_without += u64::from(without.is_some_and(is_detected));
         if without.and_then(danger).is_some() {
@@ -240,8 +236,7 @@ impl Counts {
         self.overcurrent += other.overcurrent;
         self.dangerous += other.dangerous;
         self.caught += other.caught;
-        self.reaction += other.reaction;
-        self.longest_reaction = self.longest_reaction.max(other.longest_reaction);
+        self.reactions = self.reactions.join(other.reactions);
         self.refused_without += other.refused_without;
         for (reason, count) in other.unanswered {
             *self.unanswered.entry(reason).or_default() += count;
@@ -272,13 +267,14 @@ pub fn study(
 ) -> Result<Counts, Halt<FileError>> {
     kept(
         watch,
-        &format!("{name} {trials} {allowed:?}"),
+        &format!("{name} {trials} {allowed:?}, from the onset"),
         |counts: &Counts| counts.trials,
         || {
+            let scenario = plan.scenario(0)?;
             let counts = in_blocks((plan, without), 0..trials, AT_ONCE, watch, |with, alone| {
                 let mut counts = Counts::default();
                 for (k, with) in with.iter().enumerate() {
-                    counts.add(with, alone.get(k), allowed);
+                    counts.add(with, alone.get(k), allowed, onset(&scenario, with.trial));
                 }
                 counts
             })?;

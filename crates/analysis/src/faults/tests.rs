@@ -58,3 +58,41 @@ fn analytic_the_share_of_refused_starts_leaves_out_right_answers() {
     assert_eq!(counts.ended_by(&["too little current", "current sensors disagree"]), 2);
     assert_eq!(Counts { trials: 5, right: 5, ..Counts::default() }.refused_share(), None);
 }
+
+/// The first pulse of `bipolar` goes through leg a, and a wire that opens during its first half leaves no current at its end. So the start
+/// ends at the same time T as with a wire that was open before. With an onset that is uniform from 0 to w, the reaction takes T − w/2 in
+/// the mean and at most T.
+#[test]
+fn analytic_the_reaction_counts_from_the_onset() {
+    let counts = |faults: &str, trials: u64| {
+        let text =
+            format!("trials = {trials}\nerrors = \"none\"\n[detector]\nmethod = \"bipolar\"\n{faults}");
+        let plan = Plan::new(Document::parse(Path::new("s.toml"), &text).expect("TOML")).expect("a plan");
+        let scenario = plan.scenario(0).expect("a scenario");
+        let allowed = Allowed::of(plan.file(), &scenario);
+        let Ok(counts) = study("of this test", (&plan, None), trials, allowed, &Counting::default()) else {
+            panic!("does not run")
+        };
+        (counts, scenario)
+    };
+    let open = "[[faults]]\nmode = \"phase-open\"\nat = \"a\"\n";
+    let (before, scenario) = counts(open, 20);
+    let end = before.reactions.longest;
+    assert_eq!((before.detected(), before.reactions.starts), (20, 20));
+    assert!((before.reactions.mean().expect("starts") - end).abs() < 1e-12);
+    let w = 3e-5;
+    let (during, _) = counts(&format!("{open}onset = [0.0, {w}]\n"), 200);
+    assert_eq!((during.detected(), during.reactions.starts), (200, 200));
+    // The standard deviation of the mean of 200 uniform onsets is w/49. The runs are on whole ticks of the timer.
+    let mean = during.reactions.mean().expect("starts");
+    assert!((mean - (end - w / 2.0)).abs() < 4.0 * w / 49.0, "{mean} {end}");
+    let longest = during.reactions.longest;
+    assert!(longest <= end && longest > end - w / 20.0, "{longest} {end}");
+    // The wire opens only after another fault has ended the start. An onset within a command is not known.
+    let wrong = "[[faults]]\nmode = \"sheet-inductance\"\nmagnitude = 3.0\n";
+    for late in ["onset = \"1 s\"", "command = 2\nonset = \"1 us\""] {
+        let (late, _) = counts(&format!("{wrong}{open}{late}\n"), 5);
+        assert_eq!((late.detected(), late.reactions.mean(), late.reactions.worst()), (5, None, None));
+    }
+    assert_eq!(onset(&scenario, 3), Some(0.0));
+}
