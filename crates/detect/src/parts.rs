@@ -3,6 +3,7 @@
 pub(crate) mod both_ways;
 pub(crate) mod complex;
 pub(crate) mod injection;
+pub(crate) mod instant;
 pub(crate) mod lines;
 pub(crate) mod losses;
 pub(crate) mod margin;

@@ -95,6 +95,10 @@ pub struct Findings<T> {
     /// kept its limit, minus 1. Negative if a check fired. None for a detector that does not report it, or that made no
     /// check with a limit; a clipped current, for example, has no limit.
     pub fault_margin: Option<T>,
+    /// Time in s from the instant for which the angle holds to the end of the detection: the mean age of the readings, weighted as in the
+    /// angle. If the rotor turns at the speed ω, its angle at the end of the detection is ahead of the found angle by ω times this time.
+    /// None before an angle is found, and for a detector that does not report it.
+    pub age: Option<T>,
 }
 
 /// A reason that a detector defines itself, if none of the others applies.

@@ -123,6 +123,7 @@ fn header(record: &Record, trace: &Trace, samples: usize, words: &[(String, Stri
         "peak_current": record.run.peak_current,
         "mean_inductance": findings.mean_inductance,
         "saliency": findings.saliency,
+        "age": findings.age,
         "angle_deviation": findings.angle_deviation.map(f64::to_degrees),
         "pole_error": findings.pole_error,
         "pole_evidence": findings.pole_evidence.map(|e| [e.deviations, e.needed]),

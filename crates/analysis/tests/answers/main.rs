@@ -4,6 +4,7 @@ mod anatomy;
 mod arrangements;
 mod explained;
 mod failures;
+mod instant;
 mod motor;
 mod shares;
 mod simulated;

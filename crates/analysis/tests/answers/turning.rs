@@ -8,7 +8,7 @@ use standstill_scenario::{Document, Origin, Plan, Record, Verdict};
 use standstill_sim::Ended;
 
 /// Starts of a motor whose rotor turns at a speed in rpm, with these keys.
-fn starts(
+pub(crate) fn starts(
     motor: &str,
     method: &str,
     errors: &str,
@@ -41,7 +41,7 @@ fn turns(record: &Record) -> Option<(f64, Option<Rotation>)> {
 }
 
 /// Electrical speed in rad/s of a motor with four pole pairs.
-fn electrical(rpm: f64) -> f64 {
+pub(crate) fn electrical(rpm: f64) -> f64 {
     4.0 * rpm * std::f64::consts::TAU / 60.0
 }
 

@@ -134,6 +134,7 @@ fn ended(record: &Trial) -> serde_json::Value {
         "error_deg": record.error_deg(),
         "axis_error_deg": record.axis_error_deg(),
         "pole_correct": record.pole_correct(),
+        "age_s": record.findings().age,
     })
 }
 

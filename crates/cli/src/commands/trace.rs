@@ -1,6 +1,7 @@
 //! `standstill trace`: one trial of a campaign with all its waveforms.
 
 mod answer;
+mod instant;
 mod overlay;
 pub mod specimen;
 mod verify;

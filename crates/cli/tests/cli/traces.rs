@@ -64,3 +64,32 @@ fn law_files_of_a_trace_have_both_currents_and_say_of_which_trial_they_are() {
         assert!(sum < 2e-9 && charging > 1.0, "{format}: {sum} A, {charging} A");
     }
 }
+
+/// A rotor that something turns at 10 rpm, by four pole pairs, has turned by ω times the age since the instant for which the angle holds. The
+/// pulses of `bipolar` end 4.74 ms before its end in the mean.
+#[test]
+fn analytic_a_trace_has_the_error_at_the_instant_of_its_angle() {
+    let folder = folder();
+    let keys = [
+        "rotor.state=driven",
+        "rotor.speed=10 rpm",
+        "errors=none",
+        "detector.method=bipolar",
+        "detector.checks=false",
+    ];
+    let mut words = vec!["trace"];
+    words.extend(keys.iter().flat_map(|key| ["-s", *key]));
+    let said = standstill(&[&words[..], &["--out", "t"]].concat(), folder.path());
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    let result = fs::read_to_string(folder.path().join("t/result.json")).expect("written");
+    let result: serde_json::Value = serde_json::from_str(&result).expect("JSON");
+    let number = |key: &str| result[key].as_f64().unwrap_or_else(|| panic!("{key}: {result}"));
+    let [age, end, instant] = ["age_s", "error_deg", "error_at_instant_deg"].map(number);
+    assert!((age / 4.74e-3 - 1.0).abs() < 0.08, "{age}");
+    assert!((instant - end - 4.0 * 60.0 * age).abs() < 1e-6, "{instant} {end} {age}");
+    let line = format!(
+        "the angle holds {:.2} ms before the end of the detection: its error then {instant:+.3}°",
+        age * 1e3
+    );
+    assert!(said.contains(&line), "{said}");
+}

@@ -265,6 +265,8 @@ impl<T: Real> Alignment<T> {
         }
         self.check_standing()?;
         let angle = Self::direction(true);
+        // The current holds the rotor there at the end.
+        self.findings.age = Some(T::zero());
         Ok(Step::Done(Outcome::Found { angle, findings: self.findings }))
     }
 }

@@ -26,7 +26,7 @@ use crate::parts::margin::Margin;
 use crate::parts::polarity::{Pointer, Pole};
 use crate::parts::settle::link;
 use crate::parts::train::{GainComparison, Slot, Train};
-use crate::parts::{significance, turning};
+use crate::parts::{instant, significance, turning};
 use crate::settings::{SettingsError, Source, require};
 
 /// Settings of the bipolar method.
@@ -250,6 +250,8 @@ impl<T: Real> Bipolar<T> {
         // (|L_B|/L_A).
         let axis = (one * half + lags + gains).sqrt() * T::of(1.0 / 6.0).sqrt() / saliency.ratio();
         self.findings.angle_deviation = Some(axis);
+        let instant = instant::of_lines(saliency.axis, self.train.instants());
+        self.findings.age = Some(instant::age(self.train.clock, instant));
         // The third phase's current induces (√3/2) |L_B|/L_A of itself into the line with the same sign forward and
         // backward, so the difference of both directions contains it twice.
         let rings = T::of(3.0).sqrt() * saliency.ratio() * s.train.rings();

@@ -22,7 +22,7 @@ use crate::parts::margin::Margin;
 use crate::parts::settle::{Settler, link, link_current, seen};
 use crate::parts::then_pole::{Measurement, Next, ThenPole};
 use crate::parts::train::LINES;
-use crate::parts::{significance, turning};
+use crate::parts::{instant, significance, turning};
 use crate::settings::{Decay, SettingsError};
 
 pub use settings::LineInductanceSettings;
@@ -54,6 +54,8 @@ pub struct LinePulses<T> {
     /// larger.
     first: T,
     changes: Abc<T>,
+    /// Sum in ns, by line, of the instants at which the pulses were sampled at their ends.
+    ends: [u64; 3],
 }
 
 impl<T: Real> LineInductance<T> {
@@ -75,6 +77,7 @@ impl<T: Real> LineInductance<T> {
             by_readings: T::zero(),
             first: T::zero(),
             changes: zero,
+            ends: [0; 3],
         };
         let settler = Settler::new(settings.settle, settings.decay == Decay::Fast);
         Ok(Self::start(measurement, settler, settings.polarity))
@@ -261,6 +264,9 @@ impl<T: Real> Measurement<T> for LinePulses<T> {
         findings: &mut Findings<T>,
     ) -> Result<Next<T>, Fault<T>> {
         self.pulsed(readings, &mut settler.margin)?;
+        let s = &self.settings;
+        // The pulse ends before the decay that belongs to its command.
+        self.ends[self.line] += (settler.clock + s.pulse - s.sample_lead - self.pulse().duration()).0;
         self.pulses += 1;
         if self.pulses < self.settings.pulses {
             return Ok(match self.settings.decay {
@@ -273,6 +279,8 @@ impl<T: Real> Measurement<T> for LinePulses<T> {
             return Ok(Next::Wait);
         }
         let axis = self.find_axis(settler, findings)?;
-        Ok(Next::Test(axis.axis, T::of(1.5) * (axis.mean + axis.amplitude)))
+        let instants = self.ends.map(|ends| T::of(Nanos(ends / u64::from(self.settings.pulses)).seconds()));
+        let instant = instant::of_lines(axis.axis, instants);
+        Ok(Next::Test(axis.axis, instant, T::of(1.5) * (axis.mean + axis.amplitude)))
     }
 }

@@ -26,7 +26,7 @@ use crate::parts::margin::Margin;
 use crate::parts::polarity::{Pointer, Pole, Signature};
 use crate::parts::settle::link;
 use crate::parts::train::{GainComparison, LINES, Slot, Train};
-use crate::parts::{significance, turning};
+use crate::parts::{instant, significance, turning};
 use crate::settings::SettingsError;
 use combination::{Combined, Said};
 use likelihood::{Curves, Fit, LineParameters, PulseModel, fit};
@@ -256,6 +256,7 @@ impl<T: Real> MaximumLikelihood<T> {
             direction: pointer,
             noise: pointer_variance,
             floor,
+            instants: self.train.instants(),
         });
 
         let (pole, deviation, is_salient) = self.answer()?;
@@ -315,6 +316,8 @@ impl<T: Real> MaximumLikelihood<T> {
         }
         let deviation = saliency.axis_variance(&covariance, s.saliency).max(T::zero()).sqrt();
         self.findings.angle_deviation = Some(deviation);
+        let instant = instant::of_lines(saliency.axis, c.instants);
+        self.findings.age = Some(instant::age(self.train.clock, instant));
         let ratio = saliency.ratio();
         significance::check(&mut self.train.margin, ratio, T::zero(), s.least_saliency)?;
         let spread = saliency.most_variance(&covariance);

@@ -30,13 +30,15 @@
 //!   r⁺ − r⁻ = −(3 ωψ/U) (1 + k) cos x / (1 + k cos 2x)
 //! ```
 
+mod samples;
 mod settings;
 #[cfg(test)]
 mod tests;
 mod turning;
 
 use standstill_interface::{
-    Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Phase, Reading, Real, Sampling, Sensed, Stage, Step,
+    Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Nanos, Phase, Reading, Real, Sampling, Sensed,
+    Stage, Step,
 };
 
 use crate::method::Sequence;
@@ -45,8 +47,8 @@ use crate::parts::lines::line_angles;
 use crate::parts::margin::Margin;
 use crate::parts::polarity::{Pointer, Pole};
 use crate::parts::settle::{is_reading, link};
-use crate::parts::significance;
 use crate::parts::train::Slot;
+use crate::parts::{instant, significance};
 use crate::settings::SettingsError;
 
 pub use settings::OpenTerminalSettings;
@@ -107,6 +109,9 @@ pub struct OpenTerminal<T> {
     differences: T,
     /// Number of rounds to give: that of the settings, or two.
     rounds: u8,
+    /// End of the last command given; the field after it is the sum in ns, by line, of the instants at which the pulses began.
+    clock: Nanos,
+    begins: [u64; 3],
     findings: Findings<T>,
     margin: Margin<T>,
 }
@@ -129,6 +134,8 @@ impl<T: Real> OpenTerminal<T> {
             squares: zero,
             differences: zero,
             rounds: settings.rounds,
+            clock: Nanos::ZERO,
+            begins: [0; 3],
             findings: Findings::default(),
             margin: Margin::new(),
         })
@@ -228,7 +235,14 @@ impl<T: Real> OpenTerminal<T> {
         if !rests && gives_up { Err(Fault::TerminalsSwing) } else { Ok(rests) }
     }
 
+    /// Returns the next command, and advances the clock by its duration.
     fn next_command(&mut self) -> Option<Command<T>> {
+        let command = self.following()?;
+        self.clock = self.clock + command.duration();
+        Some(command)
+    }
+
+    fn following(&mut self) -> Option<Command<T>> {
         let s = self.settings;
         let high = Stage { legs: Abc::new(Leg::High, Leg::High, Leg::High), duration: s.pulse };
         if self.under == Under::Nothing && s.comparison {
@@ -241,6 +255,7 @@ impl<T: Real> OpenTerminal<T> {
         let slot = Slot::of(self.given);
         self.given += 1;
         self.waits = 0;
+        self.begins[slot.line] += self.clock.0;
         self.under = Under::Pulse(slot);
         let (from, to) = slot.phases();
         let sampling = s.sampling(s.pulse + s.rest);
@@ -278,23 +293,6 @@ impl<T: Real> OpenTerminal<T> {
             });
         }
         Solution { c: found[0], s: found[1], slopes, differences }
-    }
-
-    /// Returns the share of a line's voltage that is left across an inductance in H after the resistive drop: the mean
-    /// of `e^(−2 R t/L)` over the used samples.
-    fn left(&self, inductance: T) -> T {
-        let s = &self.settings;
-        let (from, to) = s.window();
-        let per_time = T::of(2.0) * s.resistance / inductance;
-        // Samples are equally spaced, so their exponentials are a geometric series.
-        let first = T::of((s.time(from) - s.dead_time).seconds());
-        let ratio = per_time * T::of(s.interval.seconds());
-        let count = T::of((to - from) as f64);
-        let begin = (-per_time * first).exp();
-        if ratio.abs() < T::of(1e-6) {
-            return begin * (T::one() - ratio * (count - T::one()) / T::of(2.0));
-        }
-        begin * (-ratio * count).exp_m1() / ((-ratio).exp_m1() * count)
     }
 
     fn answer(&mut self) -> Result<Pole<T>, Fault<T>> {
@@ -338,6 +336,7 @@ impl<T: Real> OpenTerminal<T> {
         if ratio >= one {
             return Err(Fault::NotInductive(Phase::A));
         }
+        self.findings.age = Some(instant::age(self.clock, self.instant(axis)));
         // θ turns by half the angle by which c + js does.
         self.findings.angle_deviation = Some((of_axis * across_axis).sqrt() / (two * ratio));
 
@@ -371,6 +370,7 @@ impl<T: Real> Sequence<T> for OpenTerminal<T> {
         if matches!(self.under, Under::Pulse(_) | Under::Rest) && !self.rests(readings)? {
             self.under = Under::Rest;
             self.waits += 1;
+            self.clock = self.clock + s.rest;
             return Ok(Step::Drive(Command::hold(Stage::off(s.rest), Sampling::once(s.rest))));
         }
         if let Some(command) = self.next_command() {

@@ -84,15 +84,18 @@ struct Pulses<T> {
     squares: T,
     /// Mean of t in s.
     time: T,
+    /// Mean instant in s at which the current passed the threshold or was sampled.
+    instant: T,
 }
 
 impl<T: Real> Pulses<T> {
-    fn add(&mut self, y: T, time: T) {
+    fn add(&mut self, y: T, time: T, instant: T) {
         self.count = self.count + T::one();
         let apart = y - self.mean;
         self.mean = self.mean + apart / self.count;
         self.squares = self.squares + apart * (y - self.mean);
         self.time = self.time + (time - self.time) / self.count;
+        self.instant = self.instant + (instant - self.instant) / self.count;
     }
 }
 
@@ -102,6 +105,8 @@ pub struct SixPulse<T> {
     settings: SixPulseSettings<T>,
     /// Number of pulses given so far.
     given: usize,
+    /// Time in s from the start of the detection to the end of the last pulse and its pause.
+    clock: T,
     pulses: [Pulses<T>; VECTORS],
     /// Sum in V of the link's voltages, one for each pulse.
     volts: T,
@@ -122,7 +127,8 @@ impl<T: Real> SixPulse<T> {
         Ok(Self {
             settings,
             given: 0,
-            pulses: [Pulses { count: zero, mean: zero, squares: zero, time: zero }; VECTORS],
+            clock: zero,
+            pulses: [Pulses { count: zero, mean: zero, squares: zero, time: zero, instant: zero }; VECTORS],
             volts: zero,
             derived: Derived::None,
             margin: Margin::new(),
@@ -191,6 +197,20 @@ impl<T: Real> SixPulse<T> {
             return Ok(((time * voltage).recip(), time));
         }
         self.sampled(number, readings)
+    }
+
+    /// Returns the instant in s of a time that counts from the end of a pulse's dead time, and advances the clock to the end of the pause.
+    /// A comparator ends the pulse.
+    fn pass(&mut self, time: T) -> T {
+        let s = &self.settings;
+        let instant = self.clock + T::of(s.dead_time.seconds()) + time;
+        let end = if s.timed {
+            instant + s.sensing.comparator.delay
+        } else {
+            self.clock + T::of(s.pulse().seconds())
+        };
+        self.clock = end + T::of(s.pause().seconds());
+        instant
     }
 
     /// Returns the variance of a direction's relative y caused by the timer's tick.
@@ -274,6 +294,7 @@ impl<T: Real> SixPulse<T> {
         let across = AlphaBeta::new(-(sin + sin) * cos, cos * cos - sin * sin);
         let (mut all, mut of_tick) = (T::zero(), T::zero());
         let (mut of_pole, mut of_axis) = (T::zero(), T::zero());
+        let mut instant = T::zero();
         for (number, pulses) in self.pulses.iter().enumerate() {
             let share = pulses.mean / mean;
             let variance = share * share * self.known(pulses);
@@ -282,6 +303,8 @@ impl<T: Real> SixPulse<T> {
             of_tick = of_tick + share * share * self.of_tick(pulses.time) / T::of(18.0);
             of_pole = of_pole + pole * pole * variance / T::of(9.0);
             of_axis = of_axis + angle * angle * variance / T::of(9.0);
+            // The squares of the six components across the axis sum to 3: these are the weights of the turns that the vectors saw.
+            instant = instant + angle * angle * pulses.instant / T::of(3.0);
         }
         // If each of six values has the variance σ², each component of a harmonic has σ²/3, and the third harmonic, a single
         // number, σ²/6. A third harmonic beyond two of its deviations shows errors that are not known.
@@ -293,6 +316,7 @@ impl<T: Real> SixPulse<T> {
         if scatter > T::zero() {
             needed = needed + significance::scattered(scatter, self.freedom());
         }
+        self.findings.age = Some(self.clock - instant);
         let ratio = second.norm();
         self.findings.angle_deviation =
             Some((of_axis + unknown + gains + scatter).sqrt() / (ratio * T::of(2.0)));
@@ -348,7 +372,8 @@ impl<T: Real> Sequence<T> for SixPulse<T> {
         if let Some(last) = self.given.checked_sub(1) {
             let number = self.vector(last);
             let (y, time) = self.measured(number, readings)?;
-            self.pulses[number].add(y, time);
+            let instant = self.pass(time);
+            self.pulses[number].add(y, time, instant);
         }
         if self.given == all {
             return Ok(Step::Done(self.answer()?.outcome(self.findings)));

@@ -93,6 +93,8 @@ pub struct Halving<T> {
     /// `centre`, the next field: direction in rad around which the vectors of the present round lie.
     best: (T, T),
     centre: T,
+    /// End of the command of that vector.
+    seen: Nanos,
 }
 
 impl<T: Real> Subdivision<T> {
@@ -110,6 +112,7 @@ impl<T: Real> Subdivision<T> {
             given: 0,
             best: (T::zero(), T::neg_infinity()),
             centre: T::zero(),
+            seen: Nanos::ZERO,
         };
         Ok(Self::start(measurement, Settler::new(settings.settle, true), settings.vector))
     }
@@ -148,6 +151,7 @@ impl<T: Real> Halving<T> {
         let score = -self.settings.saliency.factor::<T>() * answer;
         if score > self.best.1 {
             self.best = (direction, score);
+            self.seen = settler.clock;
         }
         self.given += 1;
         if self.given == FIRST {
@@ -242,7 +246,8 @@ impl<T: Real> Measurement<T> for Halving<T> {
         Ok(if self.given < FIRST + 2 * usize::from(s.halvings) {
             Next::Wait
         } else {
-            Next::Test(Angle::from_radians(self.best.0), s.d_axis_inductance)
+            // The rotor was seen along the best vector when that was given.
+            Next::Test(Angle::from_radians(self.best.0), T::of(self.seen.seconds()), s.d_axis_inductance)
         })
     }
 }

@@ -196,7 +196,10 @@ impl<T: Real, D: Demodulator<T>> Measurement<T> for Injecting<T, D> {
             let (noise, link) = (settler.noise.deviation(), self.dc_link);
             let axis = self.demodulator.conclude(s, noise, link, findings, &mut settler.margin)?;
             if let Some(axis) = axis {
-                return Ok(Next::Test(axis, s.d_axis_inductance));
+                // The middle of the cycles that were demodulated.
+                let cycles = s.step() * (u64::from(s.periods) * u64::from(s.cycles));
+                let middle = settler.clock - Nanos(cycles.0 / 2);
+                return Ok(Next::Test(axis, T::of(middle.seconds()), s.d_axis_inductance));
             }
             clock = Clock::START;
         }

@@ -160,6 +160,8 @@ pub(crate) struct Settler<T> {
     pub noise: Noise<T>,
     /// Margin to a fault; the method adds the margins of its own checks.
     pub margin: Margin<T>,
+    /// End of the last command of the measurement, from the start of the detection.
+    pub clock: Nanos,
 }
 
 impl<T: Real> Settler<T> {
@@ -175,6 +177,7 @@ impl<T: Real> Settler<T> {
             dc_link: zero,
             noise: Noise::new(),
             margin: Margin::new(),
+            clock: Nanos::ZERO,
         }
     }
 

@@ -7,8 +7,9 @@
 use standstill_interface::{Angle, Command, Fault, Findings, Nanos, Reading, Real, Step};
 
 use crate::method::Sequence;
+use crate::parts::instant;
 use crate::parts::margin::Margin;
-use crate::parts::polarity::{PolaritySettings, PolarityTest};
+use crate::parts::polarity::{PolaritySettings, PolarityStep, PolarityTest};
 use crate::parts::settle::Settler;
 
 /// Next step after a command of a measurement.
@@ -18,8 +19,8 @@ pub(crate) enum Next<T> {
     Wait,
     /// A further command of the measurement.
     Drive(Command<T>),
-    /// The polarity test: the axis, and the d-axis inductance in H.
-    Test(Angle<T>, T),
+    /// The polarity test: the axis, the instant in s for which it holds, and the d-axis inductance in H.
+    Test(Angle<T>, T, T),
 }
 
 /// The measurement of an axis.
@@ -27,7 +28,7 @@ pub(crate) trait Measurement<T: Real> {
     /// Returns the next command, after the last current has decayed.
     fn rested(&mut self, settler: &Settler<T>) -> Command<T>;
 
-    /// Evaluates the readings of the last command.
+    /// Evaluates the readings of the last command. The settler's clock shows the end of that command.
     fn measured(
         &mut self,
         readings: &[Reading<T>],
@@ -56,6 +57,9 @@ pub struct ThenPole<T, M> {
     findings: Findings<T>,
     /// Duration of the measurement so far, with its waits.
     measured: Nanos,
+    /// Duration of the polarity test so far; the field after it is the instant in s for which the axis holds.
+    tested: Nanos,
+    instant: T,
 }
 
 impl<T: Real, M> ThenPole<T, M> {
@@ -68,6 +72,8 @@ impl<T: Real, M> ThenPole<T, M> {
             polarity,
             findings: Findings::default(),
             measured: Nanos::ZERO,
+            tested: Nanos::ZERO,
+            instant: T::zero(),
         }
     }
 }
@@ -83,8 +89,20 @@ impl<T: Real, M: Measurement<T>> Sequence<T> for ThenPole<T, M> {
                 }
                 None => Next::Drive(self.measurement.rested(&self.settler)),
             },
-            State::Measuring => self.measurement.measured(readings, &mut self.settler, &mut self.findings)?,
-            State::Testing(test) => return Ok(test.step(readings)?.with(self.findings)),
+            State::Measuring => {
+                self.settler.clock = self.measured;
+                self.measurement.measured(readings, &mut self.settler, &mut self.findings)?
+            }
+            State::Testing(test) => {
+                let step = test.step(readings)?;
+                match &step {
+                    PolarityStep::Drive(command) => self.tested = self.tested + command.duration(),
+                    PolarityStep::Decided(_) => {
+                        self.findings.age = Some(instant::age(self.measured + self.tested, self.instant));
+                    }
+                }
+                return Ok(step.with(self.findings));
+            }
         };
         Ok(Step::Drive(match next {
             Next::Wait => {
@@ -98,7 +116,7 @@ impl<T: Real, M: Measurement<T>> Sequence<T> for ThenPole<T, M> {
                 self.measured = self.measured + command.duration();
                 command
             }
-            Next::Test(axis, d_axis_inductance) => {
+            Next::Test(axis, instant, d_axis_inductance) => {
                 let mut test = PolarityTest::new(
                     self.polarity,
                     self.settler,
@@ -106,6 +124,7 @@ impl<T: Real, M: Measurement<T>> Sequence<T> for ThenPole<T, M> {
                     d_axis_inductance,
                 );
                 let wait = test.begin();
+                (self.instant, self.tested) = (instant, wait.duration());
                 self.state = State::Testing(test);
                 wait
             }

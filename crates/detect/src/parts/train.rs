@@ -12,6 +12,8 @@
 
 mod edge;
 mod gains;
+mod instants;
+mod rest;
 mod ringing;
 mod slot;
 #[cfg(test)]
@@ -25,6 +27,7 @@ use crate::parts::margin::Margin;
 use crate::parts::settle::{all_seen, largest_beyond, link, link_current, seen};
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 pub(crate) use gains::GainComparison;
+pub(crate) use rest::{rest_after, share_of};
 use ringing::FALLEN;
 pub(crate) use slot::{Derived, Slot};
 
@@ -161,18 +164,6 @@ impl<T: Real> PulseTrainSettings<T> {
     }
 }
 
-/// Returns the rest that a pulse of this length needs: 1.6 times as long.
-pub(crate) fn rest_after(pulse: Nanos) -> Nanos {
-    Nanos(pulse.0 / 10) * 16
-}
-
-/// Returns a rest as a share of the pulse, rounded to a thousandth: as it was set, although times are whole
-/// nanoseconds.
-pub(crate) fn share_of(pulse: Nanos, rest: Nanos) -> f64 {
-    let pulse = pulse.0.max(1);
-    (rest.0.saturating_mul(1000).saturating_add(pulse / 2) / pulse) as f64 / 1e3
-}
-
 /// Gives the pulses of a train one after the other.
 #[derive(Clone, Debug)]
 pub(crate) struct Train<T> {
@@ -187,6 +178,10 @@ pub(crate) struct Train<T> {
     given: u16,
     under_way: Option<Slot>,
     started: bool,
+    /// Time of the commands given so far.
+    pub clock: Nanos,
+    /// Sum in ns, by line, of the instants at which the pulses of this train end.
+    ends: [u64; 3],
     /// Number of the present wait for a current that has not decayed; none while no such current is known.
     waits: u16,
     /// Peak in A of the last pulse.
@@ -217,6 +212,8 @@ impl<T: Real> Train<T> {
             given: 0,
             under_way: None,
             started: false,
+            clock: Nanos::ZERO,
+            ends: [0; 3],
             waits: 0,
             last_peak: zero,
             offset: Abc::new(zero, zero, zero),
@@ -315,8 +312,7 @@ impl<T: Real> Train<T> {
         largest_beyond(reading, &self.offset)
     }
 
-    /// Returns the next command; none at the end.
-    pub fn next(&mut self) -> Option<Command<T>> {
+    fn following(&mut self) -> Option<Command<T>> {
         let s = self.settings;
         // A zeroing that found no rest is repeated.
         if !self.started || (self.given == 0 && self.zeroings > 0) {
@@ -337,6 +333,7 @@ impl<T: Real> Train<T> {
         let slot = Slot::of(self.given);
         self.given += 1;
         self.under_way = Some(slot);
+        self.ends[slot.line] += (self.clock + s.pulse).0;
         let (from, to) = slot.phases();
         let count = u32::try_from(s.samples()).unwrap_or(u32::MAX);
         let sampling = Sampling { first: s.interval - self.lead, interval: s.interval, count };
@@ -353,6 +350,7 @@ impl<T: Real> Train<T> {
         self.settings = settings;
         self.given = 0;
         self.under_way = None;
+        self.ends = [0; 3];
     }
 
     /// Returns the current in A at the end of a pulse: from the sample there, or, if that is disturbed, extrapolated

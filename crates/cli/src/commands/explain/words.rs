@@ -106,6 +106,9 @@ fn turned(record: &Record, scenario: &Scenario<Method<f64>>) -> Option<String> {
         if scenario.start_speed != 0.0 {
             let _ = write!(said, ": it turned at {} rpm from the start", short(scenario.start_speed));
         }
+        if let Some(age) = record.findings().age {
+            let _ = write!(said, "; the angle holds {:.2} ms before the end", age * 1e3);
+        }
         said
     })
 }

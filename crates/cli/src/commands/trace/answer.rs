@@ -8,7 +8,7 @@ use standstill_scenario::{Plan, Record, Scenario, ScenarioFile, Single, Verdict}
 use standstill_sim::{Ledger, Run, Trace};
 
 use super::verify::NumericalError;
-use super::{shorthands, specimen, trial_of};
+use super::{instant, shorthands, specimen, trial_of};
 use crate::answer::{Answer, verdict};
 use crate::arguments::{Seed, Trace as Options};
 use crate::commands::question::{Identity, given, setting};
@@ -45,11 +45,14 @@ impl Traced<'_> {
         let drawn = standstill_scenario::specimen(&case, &single.drawn);
         let mut blocks = vec![Block::Text("Drawn for this trial:".to_owned()), Block::Facts(drawn)];
         blocks.extend(self.verified.map(|error| Block::Text(error.text())));
-        let result = self.json()?;
+        let mut result = self.json()?;
+        result["error_at_instant_deg"] = instant::error_deg(record, trace).into();
         let files = vec![("result.json", format!("{result:#}\n").into_bytes())];
         let said = setting(file, &single.scenario);
         let figure = waveforms(trace, &title(file, record, options), &said, &single.scenario, record);
-        let verdict = verdict(tone, headline, details(record, watched));
+        let mut lines = details(record, watched);
+        lines.extend(instant::detail(record, trace));
+        let verdict = verdict(tone, headline, lines);
         let title = format!("One start: {}", trial_of(options));
         let code = u8::from(record.verdict() == Verdict::Error);
         let answer = Answer::new("trace", title, said, verdict, blocks).with(
@@ -156,6 +159,7 @@ pub fn result<S>(
         "L_B_mH": f.saliency.map(|l| l * 1e3),
         "i_d_along_A": f.polarity.map(|p| p.along),
         "i_d_against_A": f.polarity.map(|p| p.against),
+        "age_s": f.age,
         "angle_deviation_deg": f.angle_deviation.map(f64::to_degrees),
         "pole_error_probability": f.pole_error,
         "pole_evidence_deviations": f.pole_evidence.map(|e| e.deviations),

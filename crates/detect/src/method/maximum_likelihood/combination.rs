@@ -34,6 +34,8 @@ pub(super) struct Said<T> {
     pub direction: AlphaBeta<T>,
     pub noise: T,
     pub floor: T,
+    /// Mean instants in s at which the lines were measured.
+    pub instants: [T; 3],
 }
 
 /// Weighted means over all trains so far.
@@ -43,6 +45,8 @@ pub(super) struct Combined<T> {
     pub trains: u8,
     /// Weighted means.
     pub lines: [T; 3],
+    /// Instants in s for which these lines hold.
+    pub instants: [T; 3],
     covariance: [[T; 3]; 3],
     shift: [T; 3],
     ratios: [T; 3],
@@ -64,6 +68,7 @@ impl<T: Real> Combined<T> {
         Self {
             trains: 0,
             lines: [zero; 3],
+            instants: [zero; 3],
             covariance: [[zero; 3]; 3],
             shift: [zero; 3],
             ratios: [zero; 3],
@@ -82,6 +87,7 @@ impl<T: Real> Combined<T> {
         for k in 0..3 {
             let mut weight = before;
             approach(&mut self.lines[k], &mut weight, said.lines[k], its);
+            self.instants[k] = self.instants[k] * rest + said.instants[k] * share;
             // Of independent means the variances add up with the squares of the weights, of what is common the deviations.
             self.shift[k] = self.shift[k] * rest + said.shift[k] * share;
             for l in 0..3 {

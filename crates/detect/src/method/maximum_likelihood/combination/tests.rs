@@ -16,6 +16,7 @@ fn said(degrees: f64, deviation: f64) -> Said<f64> {
         direction: AlphaBeta::new(1e-4, 0.0),
         noise: 1e-10,
         floor: 1e-6,
+        instants: [0.0; 3],
     }
 }
 
@@ -168,6 +169,7 @@ fn regress_no_noise_and_single_precision_keep_their_numbers() {
             direction: AlphaBeta::new(1e-12, 0.0),
             noise: 1e-28,
             floor: 1e-13,
+            instants: [0.0; 3],
         });
     }
     let pointer = all.pointer();
