@@ -6,7 +6,9 @@ use std::f64::consts::TAU;
 use standstill_interface::{Abc, Command, Leg, Nanos, Phase, Reading, Sampling, Sensed, Stage};
 use standstill_inverter::{Bridge, DcLink, GateTiming, Inverter, OpenLeg};
 use standstill_plant::{Motor, built_in};
-use standstill_sim::{Case, NoProbe, SensorSettings, Sensors, Streams, TerminalSensor, Tolerance, run};
+use standstill_sim::{
+    Broken, Case, Fault, NoProbe, SensorSettings, Sensors, Streams, TerminalSensor, Tolerance, run,
+};
 
 use crate::script::{LINK, Script, same_bits_in_lanes, sampled, stage};
 
@@ -171,6 +173,66 @@ fn law_a_sample_at_an_edge_reads_what_was_before_it() {
     skewed.sensors.settings.skew = Nanos(500);
     let late = readings(&skewed, &[pulse(Phase::A, Phase::B)]);
     assert_eq!(late[19].terminal, read[19].terminal);
+}
+
+/// The drive's end of an open wire: at the rail of its leg's gate, also where the link ripples; without a gate halfway between the rails by
+/// the leakages, or at the negative rail by its divider. The intact legs beside it show what a terminal behind an ideal switch shows.
+#[test]
+fn law_the_drives_end_of_an_open_wire_is_at_a_rail_or_where_leakages_or_its_divider_hold_it() {
+    let motor = motor();
+    let command = |legs: [Leg<f64>; 3], micros: u64| {
+        let first = Nanos::from_micros(micros - 10);
+        Command::hold(stage(legs, micros), Sampling { first, interval: Nanos(2_000), count: 6 })
+    };
+    let driven = [Leg::High, Leg::Low, Leg::Off].map(|b| command([Leg::High, b, Leg::Low], 400));
+    // The current is gone after 1.2 ms, as long as it rose; then all terminals float.
+    let commands = [driven[0], driven[1], driven[2], command([Leg::Off; 3], 2000)];
+    for (capacitance, bandwidth) in [(0.0, None), (0.0, Some(20e3)), (0.3e-9, None), (0.3e-9, Some(20e3))] {
+        for (resistance, idle) in [(None, 0.5), (Some(1e6), 0.0)] {
+            let of = TerminalSensor { bandwidth, resistance, ..TerminalSensor::IDEAL };
+            let mut case = case(&motor, 0.4, of, capacitance);
+            case.inverter.link = DcLink { ripple: 0.02, ripple_frequency: 300.0, ..DcLink::stiff(LINK) };
+            assert!(case.faults.push(Fault::lasting(Broken::Wire(1))));
+            let read = readings(&case, &commands);
+            let said = |reading: &Reading<f64>| {
+                format!("{capacitance} F, {bandwidth:?} Hz, {resistance:?} Ω, {reading:?}")
+            };
+            for (number, share) in [1.0, 0.0, idle].into_iter().enumerate() {
+                for reading in &read[6 * number..6 * (number + 1)] {
+                    let [high, open, low] = reading.terminal.0;
+                    let off = (open - share * high).abs().max(low.abs());
+                    assert!(off < 1e-6 * LINK && (high / LINK - 1.0).abs() < 0.03, "{}", said(reading));
+                }
+            }
+            // The link's ripple moves an end without divider by 2 % of its half.
+            for reading in &read[18..] {
+                let off = (reading.terminal.0[1] - idle * LINK).abs();
+                assert!(off <= 0.021 * idle * LINK + 1e-6 * LINK, "{}", said(reading));
+            }
+        }
+    }
+}
+
+/// A link that ripples, `U (1 + r sin ωt)`, moves terminals at rest by half of it. The filter, y′ = a (x − y), follows from y = U/2:
+/// `y/U − ½ = r/2 · (a² sin ωt − aω cos ωt + aω e^(−at))/(a² + ω²)`, over waits of several periods of the ripple.
+#[test]
+fn analytic_a_filter_at_rest_follows_half_of_a_link_that_ripples() {
+    let (motor, corner, ripple, frequency) = (motor(), 500.0, 0.05, 300.0);
+    let of = TerminalSensor { bandwidth: Some(corner), ..TerminalSensor::IDEAL };
+    let (a, omega) = (TAU * corner, TAU * frequency);
+    let mut case = case(&motor, 0.3, of, 0.0);
+    case.inverter.link = DcLink { ripple, ripple_frequency: frequency, ..DcLink::stiff(LINK) };
+    let sampling = Sampling { first: Nanos(1_300_000), interval: Nanos(9_700_000), count: 3 };
+    let rest = Stage::off(Nanos::from_micros(25_000));
+    for reading in readings(&case, &[Command::hold(rest, sampling)]) {
+        let t = reading.at.seconds();
+        let wave = a * a * (omega * t).sin() + a * omega * ((-a * t).exp() - (omega * t).cos());
+        let should = LINK / 2.0 * (1.0 + ripple * wave / (a * a + omega * omega));
+        for read in reading.terminal.0 {
+            // A cubic through four points of an eighth of a period is off by at most (π/4)⁴/(24 · 81) · 16/9 of the ripple, 3.5e-4.
+            assert!((read - should).abs() < 3.5e-4 * ripple * LINK / 2.0, "at {t}: {read} {should}");
+        }
+    }
 }
 
 #[test]
