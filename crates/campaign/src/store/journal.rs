@@ -25,7 +25,7 @@ use super::walk::Walk;
 const ROWS: [u8; 8] = *b"stdstil1";
 
 /// Magic bytes of a journal of statistics, see [`super::Tally`].
-pub(super) const TALLY: [u8; 8] = *b"stdstilT";
+pub(super) const TALLY: [u8; 8] = *b"stdstilU";
 
 /// A journal that cannot be used.
 #[derive(Debug, Error)]
