@@ -20,6 +20,8 @@ choice! {
         Codes = "codes",
         /// The rotor stands still.
         Turning = "turning",
+        /// The saliency is that of the data sheet.
+        Saliency = "saliency",
     }
 }
 

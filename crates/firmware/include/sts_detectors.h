@@ -113,7 +113,8 @@ enum sts_reason {
     STS_ROTOR_TURNS = 37,          /* the rotor turns, and which way is unknown, as the pole is */
     STS_ROTOR_TURNS_FORWARD = 38,  /* towards larger electrical angles */
     STS_ROTOR_TURNS_BACKWARD = 39,
-    STS_CONTACT_RESISTIVE = 40     /* a phase has more resistance than the others */
+    STS_CONTACT_RESISTIVE = 40,    /* a phase has more resistance than the others */
+    STS_SALIENCY_OUT_OF_RANGE = 41 /* the saliency is not as on the data sheet: turns may be shorted */
 };
 
 /* Makes a detector of a method ("bipolar", "line-inductance-fast", …: standstill explain names them) in `state`.

@@ -356,6 +356,7 @@ pub const fn failure_reason<T>(fault: &Fault<T>) -> u32 {
         Fault::RotorTurns { way: Some(Rotation::Forward), .. } => 38,
         Fault::RotorTurns { way: Some(Rotation::Backward), .. } => 39,
         Fault::ContactResistive { .. } => 40,
+        Fault::SaliencyOutOfRange { .. } => 41,
         Fault::Own(own) => own.code,
     }
 }

@@ -279,6 +279,13 @@ pub enum Fault<T> {
         /// Smallest and largest inductance allowed.
         allowed: [T; 2],
     },
+    /// The saliency is not that of the motor's data sheet: shorted turns have one of their own, or it is another motor.
+    SaliencyOutOfRange {
+        /// Measured |L_B| / L_A.
+        found: T,
+        /// Smallest and largest ratio allowed.
+        allowed: [T; 2],
+    },
     /// Pulses forward and backward through a line, or vectors along the axis and against it, differ by more than the poles can make them.
     DirectionsDiffer {
         /// The line's first phase; none: vectors.

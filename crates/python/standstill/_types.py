@@ -40,7 +40,7 @@ class DesignTable(TypedDict, total=False):
     points: int
 
 #: True for all checks, false for none, or a list of those that are on.
-Checks: TypeAlias = Union[bool, Sequence[Literal["link", "sensors", "inductance", "both-ways", "contact", "codes", "turning"]]]
+Checks: TypeAlias = Union[bool, Sequence[Literal["link", "sensors", "inductance", "both-ways", "contact", "codes", "turning", "saliency"]]]
 
 #: A setting of a library: a text, a number, or true or false.
 Scalar: TypeAlias = Union[str, float, bool]

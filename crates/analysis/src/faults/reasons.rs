@@ -31,6 +31,7 @@ pub const fn reasons_that_name(mode: FaultMode) -> &'static [&'static str] {
         FaultMode::ContactResistance => &["a phase has more resistance than the others"],
         // The shorted turns lower the inductance of their phase, and their current is a loss of it.
         FaultMode::TurnsShorted => &[
+            "saliency not as on the data sheet",
             "inductance not as on the data sheet",
             "a phase has more resistance than the others",
             "a line that is no inductance",
@@ -78,6 +79,7 @@ mod tests {
             Fault::DirectionsDiffer { phase: Some(phase), apart: zero, allowed: zero },
             Fault::DirectionsDiffer { phase: None, apart: zero, allowed: zero },
             Fault::ContactResistive { phase, found: zero, allowed: zero },
+            Fault::SaliencyOutOfRange { found: zero, allowed },
             Fault::InductanceOutOfRange { phase, found: zero, allowed },
             Fault::NotInductive(phase),
             Fault::SensorsDisagree { apart: zero, allowed: zero },

@@ -273,6 +273,7 @@ impl<T: Real> Bipolar<T> {
         s.check_standing(margin, (turning::AT_THE_END, volts), &across, (saliency.axis, axis))?;
         // Comes after the check for a turning rotor, whose effect on both directions has a fault of its own.
         s.plausibility.directions(&mut self.train.margin, both, &s.train)?;
+        s.check_sheet(&mut self.train.margin, &saliency, needed, &s.train)?;
         Ok(s.pole(&saliency, &pointer))
     }
 }

@@ -201,6 +201,7 @@ impl<T: Real> LinePulses<T> {
         let (needed, least) = (self.needed(&saliency, settler), self.settings.least_saliency);
         significance::check(&mut settler.margin, saliency.ratio(), needed, least)?;
         self.check_standing(&saliency, settler)?;
+        s.plausibility.saliency(&mut settler.margin, (saliency.ratio(), needed), s.pulse, T::zero())?;
         Ok(saliency)
     }
 

@@ -58,9 +58,9 @@ pub struct MaximumLikelihood<T> {
     findings: Findings<T>,
 }
 
-/// The pole; the standard deviation of the angle in rad; and whether the saliency is significant, with its margin,
-/// which later trains may still improve.
-type Answer<T> = (Pole<T>, T, (Margin<T>, Result<(), Fault<T>>));
+/// The pole; the standard deviation of the angle in rad; the saliency with the square of the ratio that its errors
+/// require; and whether it is significant, with its margin, which later trains may still improve.
+type Answer<T> = (Pole<T>, T, (Saliency<T>, T), (Margin<T>, Result<(), Fault<T>>));
 
 impl<T: Real> MaximumLikelihood<T> {
     /// Makes a detector, ready for its first step.
@@ -259,7 +259,7 @@ impl<T: Real> MaximumLikelihood<T> {
             instants: self.train.instants(),
         });
 
-        let (pole, deviation, is_salient) = self.answer()?;
+        let (pole, deviation, (saliency, errors), is_salient) = self.answer()?;
         let growth =
             self.settings.adaptive.filter(|adaptive| self.combined.trains < adaptive.most_trains).and_then(
                 |adaptive| {
@@ -293,6 +293,8 @@ impl<T: Real> MaximumLikelihood<T> {
             );
             let volts = (turning::BY_SLOPE, self.dc_link / (more * T::of(2.0 / 3.0)));
             self.check_rounds((peak, plain.ratio()), volts, &pointer, (pole.angle, deviation))?;
+            let train = self.train.settings;
+            s.check_sheet(&mut self.train.margin, &saliency, errors, &train)?;
         }
         Ok((pole, growth))
     }
@@ -323,7 +325,7 @@ impl<T: Real> MaximumLikelihood<T> {
         let spread = saliency.most_variance(&covariance);
         let (mut margin, square) = (Margin::new(), significance::known(spread));
         let is_salient = s.check_saliency(&mut margin, &saliency, square, &self.train.settings);
-        Ok((s.pole(&saliency, &c.pointer()), deviation, (margin, is_salient)))
+        Ok((s.pole(&saliency, &c.pointer()), deviation, (saliency, square), (margin, is_salient)))
     }
 
     /// Pulses so many times longer, for the next train; at least by a quarter and at most three times.

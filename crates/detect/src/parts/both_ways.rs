@@ -99,10 +99,25 @@ impl<T: Real> BothWaysSettings<T> {
         square: T,
         train: &PulseTrainSettings<T>,
     ) -> Result<(), Fault<T>> {
+        significance::check(margin, saliency.ratio(), square + Self::timing(train), self.least_saliency)
+    }
+
+    /// Returns the square of |L_B|/L_A that the delays of the legs require.
+    fn timing(train: &PulseTrainSettings<T>) -> T {
         let [dead, pulse] = [train.dead_time, train.pulse].map(|time| T::of(time.seconds()));
-        let timing = significance::of_lines(significance::of_timing(dead, pulse));
-        let square = square + significance::known(timing);
-        significance::check(margin, saliency.ratio(), square, self.least_saliency)
+        significance::known(significance::of_lines(significance::of_timing(dead, pulse)))
+    }
+
+    /// Checks that the saliency is that of the data sheet; arguments as of [`Self::check_saliency`].
+    pub(crate) fn check_sheet(
+        &self,
+        margin: &mut Margin<T>,
+        saliency: &Saliency<T>,
+        square: T,
+        train: &PulseTrainSettings<T>,
+    ) -> Result<(), Fault<T>> {
+        let found = (saliency.ratio(), square + Self::timing(train));
+        self.plausibility.saliency(margin, found, train.pulse, train.resistance)
     }
 
     /// Checks the reading at the end of a pulse: the link's voltage, and that the currents of the sensors sum to zero.
@@ -201,6 +216,7 @@ mod tests {
                 sensors: 0.1,
                 idle_is_blocked: true,
                 line: [1e-3, 1.0],
+                saliency: 0.2,
                 rated_pulse: 400e-6,
                 saturates: 1.0,
                 both_ways: [0.1, 0.2],

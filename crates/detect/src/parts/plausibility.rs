@@ -24,6 +24,8 @@ pub struct PlausibilitySettings<T> {
     pub idle_is_blocked: bool,
     /// Smallest and largest inductance in H of two phases in series of the data sheet's motor, without current.
     pub line: [T; 2],
+    /// |L_q − L_d| / (L_q + L_d) of the data sheet's motor, without current.
+    pub saliency: T,
     /// Pulse in s that raises the rated current; `saturates`, the next field: share of the inductance that is left at
     /// that current.
     pub rated_pulse: T,
@@ -42,6 +44,13 @@ pub struct PlausibilitySettings<T> {
 
 /// Share by which a motor's inductances may differ from its data sheet, and the link from its nominal voltage.
 const SHEET: f64 = 0.35;
+
+/// Share by which each of a motor's two inductances may differ from its data sheet for the check of the saliency.
+const EACH: f64 = 0.1;
+
+/// Number of standard errors by which a saliency may leave its range, as a multiple of those that make one significant:
+/// six. One in a billion starts exceeds that.
+const BEYOND: f64 = 1.5;
 
 /// Largest ratio of the inductances along the two axes for which an open terminal stays between the rails and its
 /// diodes carry no current. With Γ = diag(1/L_d, 1/L_q) turned by the rotor, the terminal is (√3/2) |Γ_⊥∥ / Γ_⊥⊥| of
@@ -90,6 +99,7 @@ impl<T: Real> PlausibilitySettings<T> {
             idle_is_blocked: most < least * T::of(BLOCKED),
             sensors: T::of(0.02) + T::of(8.0) * drive.gain_tolerance,
             line: [two * least * below, two * most * above],
+            saliency: (most - least) / (most + least),
             rated_pulse: T::of(drive.rated_pulse.seconds()),
             saturates,
             both_ways: by_poles(drive),
@@ -106,6 +116,8 @@ impl<T: Real> PlausibilitySettings<T> {
         require_positive(self.sensors, "plausibility.sensors")?;
         require_positive(self.line[0], "plausibility.line")?;
         require(self.line[1] > self.line[0], "plausibility.line", "an upper limit above the lower one")?;
+        require_zero_or_more(self.saliency, "plausibility.saliency")?;
+        require(self.saliency < T::one(), "plausibility.saliency", "below 1")?;
         require_positive(self.rated_pulse, "plausibility.rated_pulse")?;
         require_positive(self.saturates, "plausibility.saturates")?;
         require_positive(self.both_ways[0], "plausibility.both_ways")?;
@@ -164,8 +176,60 @@ impl<T: Real> PlausibilitySettings<T> {
     /// in proportion to the current, at most by four fifths in all; a shorter one gets the range of the rated pulse.
     fn of_pulse(&self, pulse: T) -> ([T; 2], T) {
         let times = (pulse / self.rated_pulse).max(T::one());
-        let saturates = (T::one() - (T::one() - self.saturates) * times).max(self.saturates.min(T::of(0.2)));
-        ([self.line[0] * saturates, self.line[1]], self.both_ways[0] + self.both_ways[1] * times)
+        ([self.line[0] * self.left(pulse), self.line[1]], self.both_ways[0] + self.both_ways[1] * times)
+    }
+
+    /// Returns the share of an inductance that saturation leaves in a pulse of this length in s.
+    fn left(&self, pulse: T) -> T {
+        let times = (pulse / self.rated_pulse).max(T::one());
+        (T::one() - (T::one() - self.saturates) * times).max(self.saturates.min(T::of(0.2)))
+    }
+
+    /// Returns the smallest and the largest |L_B|/L_A of the data sheet's motor in pulses of this length in s, whose
+    /// current the resistance of a phase in Ω bends.
+    ///
+    /// With `z = (r − 1)/(r + 1)` and the ratio r of the larger inductance to the smaller one, `artanh z = ln(r)/2`. If
+    /// each inductance may differ by a share τ, r changes by (1 + τ)/(1 − τ) at most, and artanh z by artanh τ: z lies
+    /// between (z ∓ τ)/(1 ∓ z τ). If saturation leaves a share s of one of them, artanh z changes by ln(1/s)/2 more. A
+    /// current that a resistance bends adds the same amount to all lines, which makes z smaller.
+    fn saliencies(&self, pulse: T, resistance: T) -> [T; 2] {
+        let saturates = self.left(pulse);
+        let tolerance = T::of((1.0 + EACH) / (1.0 - EACH)) / saturates;
+        let ratio = (T::one() + self.saliency) / (T::one() - self.saliency);
+        let of_ratio = |ratio: T| (ratio - T::one()) / (ratio + T::one());
+        let bent = resistance * T::of(2.0) * pulse / (self.line[0] * saturates);
+        [
+            of_ratio(ratio / tolerance).max(T::zero())
+                / (T::one() + bent / T::of(2.0) + bent * bent / T::of(12.0)),
+            of_ratio(ratio * tolerance),
+        ]
+    }
+
+    /// Checks that a saliency is that of the data sheet's motor: shorted turns add one of their own, along the axis of
+    /// their phase. `ratio`: |L_B|/L_A, measured with pulses of this length; `square`: square of the ratio that its
+    /// errors require of a significant one; `resistance`: see [`Self::inductances`].
+    pub(crate) fn saliency(
+        &self,
+        margin: &mut Margin<T>,
+        (ratio, square): (T, T),
+        pulse: Nanos,
+        resistance: T,
+    ) -> Result<(), Fault<T>> {
+        // If the third leg's diodes carry a part of the current, lines have other inductances than two phases in series.
+        if !self.checks.has(Check::Saliency) || !self.idle_is_blocked {
+            return Ok(());
+        }
+        let errors = square.sqrt() * T::of(BEYOND);
+        let [low, high] = self.saliencies(T::of(pulse.seconds()), resistance);
+        let (low, high) = (low - errors, high + errors);
+        if low > T::zero() {
+            margin.at_least(ratio, low);
+        }
+        margin.at_most(ratio, high);
+        if ratio < low || ratio > high {
+            return Err(Fault::SaliencyOutOfRange { found: ratio, allowed: [low.max(T::zero()), high] });
+        }
+        Ok(())
     }
 
     /// Checks that no phase has more resistance than the others, see [`Losses::check`].

@@ -101,6 +101,7 @@ fn layout() -> Vec<(String, usize)> {
         ),
         ("STS_DIRECTIONS_DIFFER", Fault::DirectionsDiffer { phase: None, apart: 0.0, allowed: 0.0 }),
         ("STS_COARSE_TIMER", Fault::CoarseTimer { ratio: 0.0, needed: 0.0, tick: 0.0, allowed: 0.0 }),
+        ("STS_SALIENCY_OUT_OF_RANGE", Fault::SaliencyOutOfRange { found: 0.0, allowed: [0.0; 2] }),
         ("STS_CONTACT_RESISTIVE", Fault::ContactResistive { phase: Phase::A, found: 0.0, allowed: 0.0 }),
     ];
     let ways = [("", None), ("_FORWARD", Some(Rotation::Forward)), ("_BACKWARD", Some(Rotation::Backward))];

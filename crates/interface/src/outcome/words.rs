@@ -45,6 +45,7 @@ impl<T> Fault<T> {
             Self::SensorsDisagree { .. } => "current sensors disagree",
             Self::DcLinkOutOfRange { .. } => "DC link not as on the data sheet",
             Self::InductanceOutOfRange { .. } => "inductance not as on the data sheet",
+            Self::SaliencyOutOfRange { .. } => "saliency not as on the data sheet",
             Self::DirectionsDiffer { phase: Some(_), .. } => "both ways of a line differ",
             Self::DirectionsDiffer { phase: None, .. } => "currents along the axis and against it differ",
             Self::ContactResistive { .. } => "a phase has more resistance than the others",
@@ -153,6 +154,9 @@ impl<T: Real> fmt::Display for Fault<T> {
                     "the line from phase {} has {found:.4} mH where {low:.4} to {high:.4} mH are allowed",
                     phase.letter()
                 )
+            }
+            Self::SaliencyOutOfRange { found, allowed: [low, high] } => {
+                write!(f, "saliency |L_B|/L_A of {found:.4} where {low:.4} to {high:.4} are allowed")
             }
             Self::DirectionsDiffer { phase, apart, allowed } => {
                 let [apart, allowed] = [*apart, *allowed].map(|of| of.to_double() * 100.0);

@@ -46,6 +46,7 @@ fn settings<T: Real>() -> BipolarSettings<T> {
             sensors: T::of(0.06),
             idle_is_blocked: true,
             line: [T::of(5e-3), T::of(50e-3)],
+            saliency: T::of(2.1 / 9.2),
             rated_pulse: T::of(400e-6),
             saturates: T::one(),
             both_ways: [T::of(0.1), T::of(0.2)],
@@ -158,6 +159,20 @@ fn law_the_stated_deviation_is_the_scatter_in_both_precisions() {
     }
     let ratio = (squares / stated).sqrt();
     assert!((0.85..1.15).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn law_a_saliency_of_another_motor_is_a_fault() {
+    for (saliency, holds) in [(0.15, true), (2.1 / 9.2, true), (0.3, true), (0.45, false)] {
+        let mut settings = settings::<f64>();
+        settings.0.plausibility.saliency = saliency;
+        let found = detect(settings, &mut LineMotor::at(33.0));
+        assert_eq!(matches!(found, Outcome::Found { .. }), holds, "{saliency}: {found:?}");
+        let refused = matches!(found, Outcome::Failed { fault: Fault::SaliencyOutOfRange { .. }, .. });
+        assert!(holds != refused, "{saliency}: {found:?}");
+        settings.0.plausibility.checks = Checks::ALL.without(Check::Saliency);
+        assert!(matches!(detect(settings, &mut LineMotor::at(33.0)), Outcome::Found { .. }), "{saliency}");
+    }
 }
 
 #[test]

@@ -159,7 +159,7 @@ impl<T: Real> Keyed for LineInductanceSettings<T> {
         place!(POLE_ERROR, s => s.polarity => pole_error, set_pole_error),
     ];
 
-    const CHECKS: Checks = PolaritySettings::<T>::CHECKS.with(Check::Inductance);
+    const CHECKS: Checks = PolaritySettings::<T>::CHECKS.with(Check::Inductance).with(Check::Saliency);
 
     /// Sources of readings. Fast decay needs others: see [`Keyed::needed_sources`].
     const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];

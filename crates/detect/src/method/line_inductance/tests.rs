@@ -247,6 +247,19 @@ fn law_a_single_pulse_a_line_is_as_noisy_as_the_readings_before_it() {
 
 /// A data sheet's inductance that is right within 35 % is accepted; for others the fault names the first line.
 #[test]
+fn law_a_saliency_of_another_motor_is_a_fault() {
+    for (saliency, holds) in [(0.2857, true), (0.6, false)] {
+        let mut settings = settings(Decay::Fast, Nanos::ZERO);
+        settings.plausibility.saliency = saliency;
+        let mut motor =
+            Motor { angle: 0.0, settings, left: 0.0, line: 9, pulses: 0, amplitude: 0.0, saliency: L_B };
+        let outcome = detected(&mut motor, || 0.0);
+        let refused = matches!(outcome, Outcome::Failed { fault: Fault::SaliencyOutOfRange { .. }, .. });
+        assert_eq!(refused, !holds, "{saliency}: {outcome:?}");
+    }
+}
+
+#[test]
 fn law_lines_whose_inductance_is_not_the_data_sheets_are_a_fault() {
     let ended = |factor: f64, checks: Checks| {
         let plate = Nameplate {

@@ -132,8 +132,7 @@ pub(super) fn lengthened<T: Real>(
 impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
     const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];
 
-    const CHECKS: Checks =
-        Checks::NONE.with(Check::Link).with(Check::Sensors).with(Check::Inductance).with(Check::Turning);
+    const CHECKS: Checks = Checks::ALL.without(Check::BothWays).without(Check::Contact).without(Check::Codes);
 
     const SETTINGS: &'static [Setting<Self>] = &[
         place!(PULSE, s => Value::time(s.pulses.train.pulse); value => *s = s.with_pulse(value.nanos())),

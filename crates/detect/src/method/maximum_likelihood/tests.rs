@@ -212,6 +212,19 @@ fn law_a_rotor_that_moves_between_trains_is_a_fault_where_it_is_looked_for() {
 }
 
 #[test]
+fn law_a_saliency_of_another_motor_is_a_fault() {
+    for (saliency, holds) in [(2.1 / 9.2, true), (0.45, false), (0.05, false)] {
+        let mut settings = MaximumLikelihoodSettings::<f64>::suited(&nameplate());
+        settings.pulses.plausibility.saliency = saliency;
+        settings.pulses.plausibility.saturates = 1.0;
+        let found = detect(settings, &mut LineMotor::at(33.0), |_| ());
+        assert_eq!(matches!(found, Outcome::Found { .. }), holds, "{saliency}: {found:?}");
+        let refused = matches!(found, Outcome::Failed { fault: Fault::SaliencyOutOfRange { .. }, .. });
+        assert!(holds != refused, "{saliency}: {found:?}");
+    }
+}
+
+#[test]
 fn law_what_cannot_be_told_is_a_fault_or_stays_open() {
     let settings = MaximumLikelihoodSettings::<f64>::suited(&nameplate());
     let fault = |motor: &mut LineMotor| match detect(settings, motor, |_| ()) {

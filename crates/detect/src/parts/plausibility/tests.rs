@@ -1,6 +1,7 @@
 use standstill_interface::{Abc, Nanos, Sensed};
 
 use super::*;
+use crate::parts::lines::{Saliency, SaliencySign};
 use crate::parts::train::Slot;
 use crate::testing::PLATE;
 
@@ -75,6 +76,79 @@ fn law_lines_are_those_of_the_data_sheet_within_a_third() {
     assert_eq!(check([[24.5e-3, 31.5e-3], [28e-3; 2], [28e-3; 2]]), Ok(()));
     let found = check([[23e-3, 33e-3], [28e-3; 2], [28e-3; 2]]);
     assert!(matches!(found, Err(Fault::DirectionsDiffer { phase: Some(Phase::A), .. })), "{found:?}");
+}
+
+/// |L_B|/L_A of lines in H.
+fn ratio(lines: [f64; 3]) -> f64 {
+    Saliency::from_lines(Abc(lines), SaliencySign::Negative).ratio()
+}
+
+/// Lines in H of a motor with these inductances in H, at an angle in rad.
+fn lines(d: f64, q: f64, at: f64) -> [f64; 3] {
+    [-120.0_f64, 0.0, 120.0].map(|turn| d + q + (q - d) * (2.0 * at + turn.to_radians()).cos())
+}
+
+#[test]
+fn analytic_a_sheet_off_by_a_tenth_in_each_inductance_has_a_saliency_in_range() {
+    let limits = limits();
+    let check = |lines: [f64; 3]| {
+        limits.saliency(&mut Margin::new(), (ratio(lines), 0.0), Nanos::from_micros(100), 0.0)
+    };
+    // L_d = 10 mH and L_q = 18 mH on the data sheet: (z ± 0.1)/(1 ± 0.1 z).
+    let z = 8.0 / 28.0;
+    let [low, high] = limits.saliencies(1e-4, 0.0);
+    assert!(
+        (low - (z - 0.1) / (1.0 - 0.1 * z)).abs() < 1e-12
+            && (high - (z + 0.1) / (1.0 + 0.1 * z)).abs() < 1e-12
+    );
+    for at in [0.0, 0.5, 1.3] {
+        for (d, q) in [(10e-3, 18e-3), (9.01e-3, 19.79e-3), (10.99e-3, 16.21e-3), (9e-3, 16.2e-3)] {
+            assert_eq!(check(lines(d, q, at)), Ok(()), "{d} {q} {at}");
+        }
+        for (d, q) in [(8.98e-3, 19.82e-3), (11.02e-3, 16.18e-3)] {
+            assert!(matches!(check(lines(d, q, at)), Err(Fault::SaliencyOutOfRange { .. })), "{d} {q} {at}");
+        }
+    }
+    // Errors of the measurement widen the range by a deviation and a half of those that make a saliency significant.
+    let most = ratio(lines(8.9e-3, 19.9e-3, 0.3));
+    let with = |square: f64| limits.saliency(&mut Margin::new(), (most, square), Nanos(100_000), 0.0);
+    let apart = (most - high) / 1.5;
+    assert!(with((0.99 * apart).powi(2)).is_err() && with((1.01 * apart).powi(2)).is_ok());
+}
+
+#[test]
+fn law_what_saturation_leaves_widens_the_range_of_the_saliency() {
+    // 77 % are left at rated current: L_d may be 7.7 mH, or L_q 13.9 mH, besides the tenth.
+    let saturating =
+        PlausibilitySettings::suited(&Nameplate { rated_pulse: Nanos::from_micros(200), ..PLATE });
+    let [low, high] = saturating.saliencies(2e-4, 0.0);
+    let left = saturating.saturates;
+    let of = |d: f64, q: f64| (q - d) / (q + d);
+    assert!((high - of(10.0 * left * 0.9, 18.0 * 1.1)).abs() < 1e-12, "{high}");
+    assert!((low - of(11.0, 18.0 * 0.9 * left)).abs() < 1e-12, "{low}");
+    // A resistance adds R t of two phases, halved, to each line: 30 mH of lines become 31.
+    let [bent, same] = saturating.saliencies(2e-4, 5.0);
+    assert!(bent < low * 0.96 && same == high, "{bent} {low}");
+    // A motor without a saliency has an upper limit alone.
+    let round = PlausibilitySettings::suited(&Nameplate { q_axis_inductance: 10e-3, ..PLATE });
+    assert_eq!(round.saliencies(1e-4, 0.0)[0], 0.0);
+}
+
+#[test]
+fn law_shorted_turns_have_a_saliency_of_their_own() {
+    // Phase a, of which a short takes a share of its inductance: lines ab and ca have less, bc has not.
+    let whole = lines(10e-3, 18e-3, 0.6);
+    let check = |limits: &PlausibilitySettings<f64>, lost: f64| {
+        let lines = [whole[0] - lost, whole[1], whole[2] - lost];
+        limits.saliency(&mut Margin::new(), (ratio(lines), 0.0), Nanos(100_000), 0.0)
+    };
+    assert_eq!(check(&limits(), 0.0), Ok(()));
+    assert!(matches!(check(&limits(), 8e-3), Err(Fault::SaliencyOutOfRange { .. })));
+    let off = PlausibilitySettings { checks: Checks::ALL.without(Check::Saliency), ..limits() };
+    assert_eq!(check(&off, 8e-3), Ok(()));
+    // Where diodes of the third leg conduct, lines are not those of two phases.
+    let open = PlausibilitySettings { idle_is_blocked: false, ..limits() };
+    assert_eq!(check(&open, 8e-3), Ok(()));
 }
 
 #[test]
