@@ -47,7 +47,8 @@ pub struct Nameplate<T> {
     pub rated_current: T,
     /// Resistance of a phase in Ω.
     pub resistance: T,
-    /// L_d in H without current.
+    /// L_d in H without current. [`Check::Saliency`](crate::Check::Saliency) takes both inductances to be right within 10 %;
+    /// leave it out where they are only roughly known.
     pub d_axis_inductance: T,
     /// L_q in H without current.
     pub q_axis_inductance: T,

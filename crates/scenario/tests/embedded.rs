@@ -393,7 +393,7 @@ int main(void)
         detector setting `rated_current` must be positive and finite\n\
         setting `rounds` must be a whole number from 1 to 255\nno setting `round` of this method\n\
         setting `checks` must be 0 for none, 1 for all, or a sum of 2 for link, 4 for sensors, 8 for inductance, 16 for both-ways, \
-        32 for contact, 64 for codes, 128 for turning\n\
+        32 for contact, 64 for codes, 128 for turning, 256 for saliency\n\
         setting `checks` must be 0 for none, 1 for all, or a sum of 16 for both-ways, 128 for turning\nno setting `rounds` of this method\n\"open-terminal\" reads none of what sts_plate.readings has\n\
         detector setting `timed` must be false, or `sensors.timer` be set: without a timer this drive captures no time to a threshold\n3 26\n";
     assert_eq!(said, expected);

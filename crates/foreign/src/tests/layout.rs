@@ -76,6 +76,7 @@ fn layout() -> Vec<(String, usize)> {
         ("STS_POLE_MAY_HAVE_TURNED", Undetermined::MayHaveTurned { angle: 0.0, allowed: 0.0 }),
     ];
     all.extend(axis.map(|(name, reason)| (name.to_owned(), axis_reason(&reason) as usize)));
+    let (phase, allowed) = (Phase::A, [0.0; 2]);
     let failed = [
         ("STS_CURRENT_CLIPPED", Fault::Clipped(Phase::A)),
         ("STS_DC_LINK_CLIPPED", Fault::DcLinkClipped),
@@ -95,13 +96,10 @@ fn layout() -> Vec<(String, usize)> {
         ("STS_TERMINALS_SWING", Fault::TerminalsSwing),
         ("STS_SENSORS_DISAGREE", Fault::SensorsDisagree { apart: 0.0, allowed: 0.0 }),
         ("STS_DC_LINK_OUT_OF_RANGE", Fault::DcLinkOutOfRange { found: 0.0, allowed: [0.0; 2] }),
-        (
-            "STS_INDUCTANCE_OUT_OF_RANGE",
-            Fault::InductanceOutOfRange { phase: Phase::A, found: 0.0, allowed: [0.0; 2] },
-        ),
+        ("STS_INDUCTANCE_OUT_OF_RANGE", Fault::InductanceOutOfRange { phase, found: 0.0, allowed }),
         ("STS_DIRECTIONS_DIFFER", Fault::DirectionsDiffer { phase: None, apart: 0.0, allowed: 0.0 }),
         ("STS_COARSE_TIMER", Fault::CoarseTimer { ratio: 0.0, needed: 0.0, tick: 0.0, allowed: 0.0 }),
-        ("STS_SALIENCY_OUT_OF_RANGE", Fault::SaliencyOutOfRange { found: 0.0, allowed: [0.0; 2] }),
+        ("STS_SALIENCY_OUT_OF_RANGE", Fault::SaliencyOutOfRange { found: 0.0, allowed }),
         ("STS_CONTACT_RESISTIVE", Fault::ContactResistive { phase: Phase::A, found: 0.0, allowed: 0.0 }),
     ];
     let ways = [("", None), ("_FORWARD", Some(Rotation::Forward)), ("_BACKWARD", Some(Rotation::Backward))];
