@@ -4,6 +4,7 @@
 //! Each witness compares a figure that is known independently, or was stored earlier, with the figure computed now. The witnesses are the
 //! part of `docs/validation.md` that needs no other program; the test suite asserts the same figures with more cases.
 
+mod broken;
 mod chance;
 pub mod forms;
 mod runs;
@@ -113,6 +114,7 @@ pub fn all(
 ) -> Result<Vec<Witness>, WitnessError> {
     hear("closed forms");
     let mut found = forms::all()?;
+    found.extend(broken::all()?);
     hear("conservation laws and the referee");
     found.extend(runs::all()?);
     hear("chance");
@@ -135,9 +137,9 @@ mod tests {
 
     #[test]
     fn law_every_witness_but_the_kept_ones_holds_and_each_would_notice_a_wrong_figure() {
-        let found = [forms::all(), runs::all(), Ok(chance::all())];
+        let found = [forms::all(), broken::all(), runs::all(), Ok(chance::all())];
         let found: Vec<Witness> = found.into_iter().flat_map(|part| part.expect("runs")).collect();
-        assert!(found.len() >= 12, "{}", found.len());
+        assert!(found.len() >= 15, "{}", found.len());
         for witness in found {
             assert!(witness.holds(), "{witness:?}");
             let Figure::Number { known, here, tolerance, unit } = witness.figure else { panic!("a number") };

@@ -11,7 +11,7 @@ use super::{Witness, WitnessError, motor};
 use crate::bound::replay::{TERMINAL, TIME, replay, watched};
 
 /// Voltage of the DC link in V.
-const LINK: f64 = 550.0;
+pub(super) const LINK: f64 = 550.0;
 /// Rotor angle in degrees during line pulses.
 const ANGLE_DEG: f64 = 43.2;
 
@@ -36,7 +36,7 @@ fn inverter(open_leg: OpenLeg) -> Inverter {
     }
 }
 
-fn case(motor: &Motor, open_leg: OpenLeg, angle_deg: f64) -> Case<'_> {
+pub(super) fn case(motor: &Motor, open_leg: OpenLeg, angle_deg: f64) -> Case<'_> {
     Case { start_angle: angle_deg.to_radians(), ..Case::new(motor, inverter(open_leg)) }
 }
 
