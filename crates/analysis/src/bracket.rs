@@ -192,6 +192,11 @@ impl<E> Looks<'_, '_, E> {
         }
         Ok(self.known.get(&value.to_bits()).and_then(|(.., look)| look.as_ref()))
     }
+
+    /// Returns true if the limits hold at a position, by the result with at least this number of trials.
+    fn holds(&mut self, place: f64, trials: u64) -> Result<bool, E> {
+        Ok(self.at(place, trials)?.is_some_and(|look| look.holds(View::Likely)))
+    }
 }
 
 /// Returns the value at a position in a range. Position 0 is the low end and 1 the high end. Equal steps of the position multiply the value
@@ -240,32 +245,72 @@ impl Search {
             scan.push((between, true));
             scan.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
-        if scan.iter().all(|(_, holds)| *holds) {
-            return Ok(Found::Everywhere);
-        }
         self.settle(&mut looks, &mut scan)?;
-        let stretches = stretches::of(&scan);
+        loop {
+            if scan.iter().all(|(_, holds)| *holds) {
+                // Values at which more trials may show that the limits hold after all.
+                for (place, holds) in &mut scan {
+                    if !looks.holds(*place, self.trials)? {
+                        *holds = looks.holds(*place, self.most)?;
+                    }
+                }
+            }
+            if scan.iter().all(|(_, holds)| *holds) {
+                return Ok(Found::Everywhere);
+            }
+            let Some(stretch) = self.drawn_in(&mut looks, &scan)? else {
+                // More trials contradict the scan. Each time there are results with more trials, so this ends.
+                for (place, holds) in &mut scan {
+                    *holds = looks.holds(*place, self.trials)?;
+                }
+                if scan.iter().all(|(_, holds)| !holds) {
+                    return Ok(Found::Nowhere);
+                }
+                self.settle(&mut looks, &mut scan)?;
+                continue;
+            };
+            return Ok(Found::Stretch(stretch));
+        }
+    }
+
+    /// Finds the edges of a stretch of the scan in which the limits hold. None if the results of more trials, which are now known,
+    /// contradict the scan.
+    fn drawn_in<E>(&self, looks: &mut Looks<'_, '_, E>, scan: &[(f64, bool)]) -> Result<Option<Stretch>, E> {
+        let stretches = stretches::of(scan);
         let count = scan.len();
         // A stretch that begins or ends with the range is chosen first, otherwise the widest.
         let first = stretches.iter().find(|part| part.start == 0);
         let last = stretches.iter().find(|part| part.end == count);
         let widest = || stretches.iter().rev().max_by_key(|part| part.len());
-        let Some(chosen) = first.or(last).or_else(widest).cloned() else { return Ok(Found::Everywhere) };
+        let Some(chosen) = first.or(last).or_else(widest).cloned() else { return Ok(None) };
         let places: Vec<f64> = scan.iter().map(|(place, _)| *place).collect();
         let mut edges = Vec::new();
         if chosen.start > 0 {
             let mut backwards: Vec<f64> = places[..chosen.end].to_vec();
             backwards.reverse();
-            edges.extend(self.edge(&mut looks, &backwards, chosen.len(), Side::Smallest)?);
+            let Some(edge) = self.edge(looks, &backwards, chosen.len(), Side::Smallest)? else {
+                return Ok(None);
+            };
+            edges.push(edge);
         }
         if chosen.end < count {
-            edges.extend(self.edge(&mut looks, &places[chosen.start..], chosen.len(), Side::Largest)?);
+            let outwards = &places[chosen.start..];
+            let Some(edge) = self.edge(looks, outwards, chosen.len(), Side::Largest)? else {
+                return Ok(None);
+            };
+            edges.push(edge);
         }
-        if edges.is_empty() {
-            return Ok(Found::Everywhere);
+        // At an end without an edge, where the range ends, the limits must still hold.
+        for end in [chosen.start, chosen.end - 1] {
+            if (end == 0 || end + 1 == count) && !looks.holds(places[end], self.trials)? {
+                return Ok(None);
+            }
+        }
+        if !edges.is_sorted_by(|a, b| a.value <= b.value) {
+            return Ok(None);
         }
         let ends =
             |part: &std::ops::Range<usize>| (self.at(places[part.start]), self.at(places[part.end - 1]));
-        Ok(Found::Stretch(Stretch { edges, all: stretches.iter().map(ends).collect() }))
+        Ok(Some(Stretch { edges, all: stretches.iter().map(ends).collect() }))
     }
 }

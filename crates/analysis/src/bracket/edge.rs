@@ -56,7 +56,7 @@ impl Bound {
 impl Search {
     /// Finds the edge between two neighbouring positions. At the first position the limits hold. At the second, which has the index `end`,
     /// they do not. The number of trials is increased until the edge's interval is narrow enough. `places` are ordered from inside the
-    /// stretch outwards. None if the limits turn out to hold up to the last position.
+    /// stretch outwards. None if more trials contradict the scan: the limits hold up to the last position, or at none.
     pub(super) fn edge<E>(
         &self,
         looks: &mut Looks<'_, '_, E>,

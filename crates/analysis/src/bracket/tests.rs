@@ -1,5 +1,7 @@
 //! The search on functions whose edges are known.
 
+mod outcomes;
+
 use std::convert::Infallible;
 
 use super::*;
