@@ -19,6 +19,7 @@
 //! DC-link sensor except its gain, are taken as known. If captured times are the only readings, resistance and diodes are taken as known,
 //! too: without saturation, opposite directions give equal times, so six times are only three numbers and cannot determine four unknowns.
 
+mod batch;
 mod information;
 mod plant;
 pub(crate) mod replay;
@@ -35,9 +36,10 @@ use standstill_sim::{
     VoltageSensor,
 };
 
+use batch::Batches;
 use information::{Column, Information, Noise, Prior};
 use plant::Parameter;
-use replay::{LINK, TERMINAL, TIME, record, replay};
+use replay::{LINK, TERMINAL, TIME, record};
 use standstill_scenario::{Scenario, Specimen};
 use thiserror::Error;
 
@@ -51,15 +53,6 @@ pub enum Counted {
     All,
     /// The commands before the first command with PWM. For methods with line pulses, these are the pulses before the polarity test.
     BeforePwm,
-}
-
-/// Choice of the samples that count for the bound.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Samples {
-    /// Samples that the commands request.
-    Scheme,
-    /// Samples at all whole multiples of this interval.
-    Every(Nanos),
 }
 
 /// Computes the Cramér–Rao bounds of a scenario.
@@ -86,7 +79,7 @@ pub struct Bounds<'a, S> {
     pub unknown: &'a [Unknown],
     /// Commands that count for the bound.
     pub counted: Counted,
-    /// Interval between the samples for [`Bound::all_deg`]; none if that bound is not computed. A sample takes about 1 kB of memory.
+    /// Interval between the further samples for [`Bound::all_deg`]; none if that bound is not computed. A sample takes about 1 kB of memory.
     pub interval: Option<Nanos>,
     /// Number of the trial whose noise is added while the commands are recorded; none: no noise. A method that repeats until its readings
     /// are certain enough needs noise here, because without noise it would stop earlier than in its trials.
@@ -103,7 +96,7 @@ pub struct Bounds<'a, S> {
 pub struct Bound {
     /// Bound from the samples that the commands request.
     pub scheme_deg: f64,
-    /// Bound from samples at every [`Bounds::interval`] during the same commands. None without an interval.
+    /// Bound from these samples and those at every [`Bounds::interval`] during the same commands. None without an interval.
     pub all_deg: Option<f64>,
     /// Like `scheme_deg`, but gains, offsets and delays of drive and sensors are known only within tolerances. None for sensors without
     /// noise, whose infinite information cannot be added to that of the tolerances.
@@ -183,8 +176,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         }
         let case = self.nominal(angle);
         let commands = self.commands(&case)?;
-        let (scheme, hybrid) = self.deviations(&case, &commands, Samples::Scheme)?;
-        let every = |interval| self.deviations(&case, &commands, Samples::Every(interval));
+        let (scheme, hybrid) = self.deviations(&case, &commands, None)?;
+        let every = |interval| self.deviations(&case, &commands, Some(interval));
         let all = self.interval.map(every).transpose()?;
         Ok(Some(Bound {
             scheme_deg: scheme.to_degrees(),
@@ -259,24 +252,21 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         Ok(commands)
     }
 
-    /// Returns two standard deviations of the angle in rad, computed from these samples. In the first, only the motor's parameters are
-    /// unknown. In the second, the specimen's errors are unknown too; it is none for readings without noise.
+    /// Returns two standard deviations of the angle in rad, computed from the samples that the commands request, and from samples at every
+    /// multiple of an interval if one is given. In the first, only the motor's parameters are unknown. In the second, the specimen's errors are unknown too; it is none for readings without noise.
     fn deviations(
         &self,
         case: &Case,
         commands: &[Command<f64>],
-        samples: Samples,
+        interval: Option<Nanos>,
     ) -> Result<(f64, Option<f64>), BoundError> {
-        let commands = match samples {
-            Samples::Scheme => commands.to_vec(),
-            Samples::Every(interval) => replay::every(commands, interval),
-        };
-        let case = &replay::finely_timed(case, &commands);
+        let case = &replay::finely_timed(case, commands);
+        let samples = Batches::new(commands, interval);
         let differ =
-            |parameter: Parameter| parameter.column(case, &commands, self.step).map_err(BoundError::Run);
+            |parameter: Parameter| samples.column(parameter, case, self.step).map_err(BoundError::Run);
         let is_timed = commands.iter().any(|command| command.threshold.is_some());
         let offsets = if is_timed { self.offsets(&differ)? } else { Vec::new() };
-        let noise = self.noise_of(case, &commands, &offsets)?;
+        let noise = self.noise_of(case, &samples, &offsets)?;
 
         let mut columns = vec![differ(Parameter::Angle)?];
         let times_alone = !(0..TIME).any(|channel| noise.has(channel));
@@ -360,20 +350,9 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
     }
 
     /// Returns the nominal readings and the parameters of their noise. `offsets` are the sensitivities to the comparators' offsets.
-    fn noise_of(
-        &self,
-        case: &Case,
-        commands: &[Command<f64>],
-        offsets: &[Column],
-    ) -> Result<Noise, BoundError> {
-        let readings = replay(case, commands).map_err(BoundError::Run)?;
+    fn noise_of(&self, case: &Case, samples: &Batches, offsets: &[Column]) -> Result<Noise, BoundError> {
         let sensors = &self.scenario.sensors;
-        let jitter = sensors.jitter;
-        let slope = if jitter == Nanos::ZERO {
-            Vec::new()
-        } else {
-            replay::slope(case, commands, &readings, jitter).map_err(BoundError::Run)?
-        };
+        let (readings, slope) = samples.readings(case, sensors.jitter).map_err(BoundError::Run)?;
         // Each captured time belongs to one comparator, so the sum over all comparators is the effect of a higher threshold.
         let dwell = |sample: usize| offsets.iter().map(|offset| offset.slope[sample][TIME]).sum();
         let dwell = (0..readings.value.len()).map(dwell).collect::<Vec<f64>>();

@@ -148,7 +148,7 @@ pub fn finely_timed<'a>(case: &Case<'a>, commands: &[Command<f64>]) -> Case<'a> 
 }
 
 /// Returns the commands with new sampling instants: all whole multiples of `interval` since the beginning of the first command. A command
-/// with a threshold keeps its own sampling instants, because they depend on when the comparator trips.
+/// with a threshold has no new ones, because its samples depend on when the comparator trips.
 pub fn every(commands: &[Command<f64>], interval: Nanos) -> Vec<Command<f64>> {
     let interval = Nanos(interval.0.max(1));
     let mut start = Nanos::ZERO;
@@ -157,7 +157,7 @@ pub fn every(commands: &[Command<f64>], interval: Nanos) -> Vec<Command<f64>> {
         let duration = command.duration();
         start = start + duration;
         if command.threshold.is_some() {
-            return *command;
+            return Command { sampling: Sampling::NONE, ..*command };
         }
         // A sample at the end is the first of the next command.
         let count = (duration.0.saturating_sub(first)).div_ceil(interval.0);
