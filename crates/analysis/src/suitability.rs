@@ -118,6 +118,8 @@ pub struct Suitability {
     /// Rotor speed in the scenario's file, as written there. The check ignores it, because it judges a rotor at standstill: see
     /// [`standing`]. None if the check ignored no speed.
     pub left_speed: Option<String>,
+    /// Rotor angle in the scenario, as written there. The check ignores it, because it judges all angles. None if none is set.
+    pub left_angle: Option<String>,
     /// Index of the recommended candidate, with its results on fresh starts; none if no candidate suits the motor.
     pub recommended: Option<(usize, Confirmed)>,
     /// Speed limits of the recommended method if the rotor turns during a start. None if no judged rotor may turn, or if no candidate suits
@@ -162,14 +164,12 @@ impl Suitability {
         most: u64,
         hear: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Self, SuitabilityError> {
-        let standing = standing(document);
-        let left_speed = standing.as_ref().map(|(_, speed)| speed.clone());
-        let document = standing.as_ref().map_or(document, |(document, _)| document);
+        let (document, [left_speed, left_angle]) = standing::anywhere(document);
         let motor = document.motor()?;
         let work = Allowance::new(most);
-        let (methods, left_out) = candidate::methods(document, &motor, demands, &work)?;
-        let found = Self::by(&methods, document, &motor, demands, &work, hear)?;
-        Ok(Self { left_out, left_speed, work: work.done(), ..found })
+        let (methods, left_out) = candidate::methods(&document, &motor, demands, &work)?;
+        let found = Self::by(&methods, &document, &motor, demands, &work, hear)?;
+        Ok(Self { left_out, left_speed, left_angle, work: work.done(), ..found })
     }
 
     /// Carries out the check with these methods.
@@ -187,7 +187,7 @@ impl Suitability {
         if open && is_salient && condition::saturating(document, 0.1).is_some() {
             let methods = condition::quick(methods);
             let kept = FOR_THE_AXIS * work.left() as f64;
-            for most in condition::LARGEST {
+            for most in condition::upper_ends(motor) {
                 // A range whose search ends early leaves its work to the next one.
                 let (found, cut) = work.within_all_but(kept, LEAST_OF_A_RANGE, || {
                     Self::with_saturation(document, demands, work, &methods, most, hear)
@@ -300,6 +300,7 @@ impl Suitability {
             candidates,
             left_out: Vec::new(),
             left_speed: None,
+            left_angle: None,
             recommended,
             turning,
             condition: None,
@@ -364,6 +365,7 @@ impl Suitability {
     pub fn document(&self, document: &Document) -> Result<Option<Document>, FileError> {
         let Some(candidate) = self.recommended() else { return Ok(None) };
         let mut document = document.clone();
+        document.remove(standing::ANGLE);
         if let Some(Condition::Saturation { least, .. }) = self.condition {
             let share = format!("{} %", standstill_quantity::rounded(least, 2));
             document.set_value(condition::KEY, share.into(), Origin::CommandLine)?;

@@ -1,7 +1,7 @@
 //! Conditions of a verdict that depends on values missing in the data sheet.
 
 use standstill_detect::MethodName;
-use standstill_plant::{Motor, PoleKnowledge};
+use standstill_plant::{MAGNETS_INSIDE_FROM, Motor, PoleKnowledge, fall_of_surface_magnets};
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::Share;
 use standstill_scenario::{Document, Origin};
@@ -31,7 +31,7 @@ pub enum Condition {
 /// Smallest tried fall of L_d, as a share of L_d.
 const SMALLEST: f64 = 0.005;
 /// Upper ends of the ranges of saturation, as falls of L_d, in the order in which they are tried. The first range with an answer is taken.
-pub(super) const LARGEST: [f64; 4] = [0.15, 0.3, 0.4, 0.08];
+const LARGEST: [f64; 4] = [0.15, 0.3, 0.4, 0.08];
 /// Ratio of upper to lower end of the bracket around the smallest sufficient fall of L_d. The search stops when it is reached.
 const FINENESS: f64 = 1.08;
 /// Number of simulated motor starts by which settings are judged.
@@ -55,6 +55,15 @@ const NARROWING: f64 = 0.7;
 const NARROWEST: f64 = 0.8;
 /// Factor by which the smallest saturation that suffices on few starts is raised if there is too little work for many starts.
 const COMFORT: f64 = 1.15;
+
+/// Returns the upper ends of the ranges of saturation for a motor, in the order in which they are tried. A range that contains the estimate
+/// of [`fall_of_surface_magnets`] comes first.
+pub(super) fn upper_ends(motor: &Motor) -> Vec<f64> {
+    let winding = &motor.winding;
+    let is_round = winding.q_axis_inductance() < MAGNETS_INSIDE_FROM * winding.d_axis_inductance();
+    let estimate = fall_of_surface_magnets(motor).filter(|_| is_round).map(rounded_up);
+    estimate.filter(|fall| *fall > LARGEST[0]).into_iter().chain(LARGEST).collect()
+}
 
 /// Returns a document and its motor. The motor's L_d falls by this share at rated current along +d. None if the data sheet has no key for
 /// saturation.

@@ -1,4 +1,4 @@
-//! Leaves out the rotor's speed of a scenario, because a check judges a rotor that stands.
+//! Leaves out the rotor's speed and angle of a scenario, because a check judges a rotor that stands anywhere.
 
 use standstill_scenario::Document;
 
@@ -15,4 +15,18 @@ pub fn standing(document: &Document) -> Option<(Document, String)> {
     document.remove("rotor.speed");
     document.remove("rotor.acceleration");
     Some((document, speed))
+}
+
+/// Path of the rotor's angle in a scenario.
+pub(super) const ANGLE: &str = "rotor.angle";
+
+/// Returns the document without the rotor's speed and angle, and both as they are written, if they were left out. A check judges all
+/// angles.
+pub(super) fn anywhere(document: &Document) -> (Document, [Option<String>; 2]) {
+    let (mut document, speed) = standing(document)
+        .map_or_else(|| (document.clone(), None), |(document, speed)| (document, Some(speed)));
+    let angle =
+        document.get(ANGLE).map(|angle| angle.as_str().map_or_else(|| angle.to_string(), str::to_owned));
+    document.remove(ANGLE);
+    (document, [speed, angle])
 }

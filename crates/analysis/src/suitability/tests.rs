@@ -1,5 +1,6 @@
 mod drives;
 mod fresh;
+mod judged;
 mod turning;
 
 use std::path::Path;

@@ -108,6 +108,9 @@ impl Checked<'_> {
                 "Speed: the scenario's rotor.speed, {speed}, is left out, as a rotor is judged that stands; `-s rotor.state=driven` judges its motion."
             )
         }));
+        reasons.extend(self.found.left_angle.as_ref().map(|angle| {
+            format!("Angle: the scenario's rotor.angle, {angle}, is left out, as all angles are judged.")
+        }));
         reasons.extend(condition(self));
         reasons.extend(single(self));
         reasons.extend(published(self));

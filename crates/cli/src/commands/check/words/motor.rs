@@ -41,7 +41,20 @@ pub fn published(asked: &Checked<'_>) -> Option<String> {
     }
     let winding = &asked.motor.winding;
     let ratio = winding.q_axis_inductance() / winding.d_axis_inductance();
-    Some(published_at(ratio, fall_of_surface_magnets(asked.motor)))
+    let fall = fall_of_surface_magnets(asked.motor);
+    let beyond = match found.condition {
+        Some(Condition::Saturation { most, .. }) if ratio < MAGNETS_INSIDE_FROM => {
+            fall.filter(|fall| *fall > most)
+        }
+        _ => None,
+    };
+    let beyond = beyond.map_or_else(String::new, |fall| {
+        format!(
+            " No settings hold up to that estimate: `-s motor.nameplate.saturation={:.0}%` judges it alone.",
+            100.0 * fall
+        )
+    });
+    Some(published_at(ratio, fall) + &beyond)
 }
 
 /// Returns the sentence on the published saturation of motors with this ratio of L_q to L_d. `fall` is the estimated decrease of L_d at
