@@ -31,7 +31,7 @@ pub use motors::{Convert, Fit, Magnetics, Motors};
 pub use motors::{Fmu, FmuPart};
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 pub use slurm::Slurm;
-pub use values::Force;
+pub use values::{FOLDERS, Force};
 use values::{MOST_ROWS, OUT, amperes, choice, degrees, milliseconds, tolerance, trial, whole};
 
 /// Text of `--version`. It has three versions: that of the program, that of the numerics, and that of the detector ABI. A run can be

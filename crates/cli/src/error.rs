@@ -77,6 +77,11 @@ pub enum Error {
     /// The results exist already or belong to another run.
     #[error("{path}: found {found}, needed {needed}")]
     Results { path: PathBuf, found: String, needed: String },
+    /// The results at this path belong to another run or question and are not replaced. `of` is "run" or "question".
+    #[error(
+        "{path}: found the results of another {of}: {difference}, needed another --out, or --force to replace them"
+    )]
+    Another { path: PathBuf, of: String, difference: String },
 }
 
 impl Error {
@@ -94,8 +99,7 @@ impl Error {
     /// Returns the error that the results at a path belong to another run or question and are not replaced. `of` is "run" or "question",
     /// and `difference` describes the differences.
     pub fn another(of: &str, path: impl Into<PathBuf>, difference: &str) -> Self {
-        let found = format!("the results of another {of}: {difference}");
-        Self::results(path, found, "another --out, or --force to replace them")
+        Self::Another { path: path.into(), of: of.to_owned(), difference: difference.to_owned() }
     }
 
     /// Returns the error that an unfinished run or question has left a journal at `path`, which the command does not

@@ -27,7 +27,7 @@ use std::sync::Arc;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser};
 
-use arguments::{Arguments, Command};
+use arguments::{Arguments, Command, FOLDERS};
 use error::Error;
 
 pub use shell::Report;
@@ -49,9 +49,7 @@ pub fn main() -> ExitCode {
         }
         words.extend(chosen.into_iter().map(OsString::from));
     }
-    let outcome = arguments(words).and_then(|arguments| {
-        let for_programs = prints_for_programs(&arguments.command);
-        let report = command(arguments)?;
+    let outcome = in_free_folder(&words).and_then(|(report, for_programs)| {
         // No prose begins with a brace, all JSON does.
         let text = if for_programs || report.text.starts_with('{') {
             report.text
@@ -66,6 +64,41 @@ pub fn main() -> ExitCode {
         let _ = write!(std::io::stderr(), "{}", terminal::for_reading_of_errors(line));
         2
     }))
+}
+
+/// Carries out a command. If its default folder has the results of another run or question, the command gets a folder of its own: the
+/// default one with the first free number from 2 on, or with the number of the same run or question. Also returns whether the output is
+/// meant for programs.
+#[cfg(feature = "program")]
+fn in_free_folder(words: &[OsString]) -> Result<(Report, bool), Error> {
+    let mut arguments = self::arguments(words.iter().cloned())?;
+    let for_programs = prints_for_programs(&arguments.command);
+    let is_named = |word: &OsString| {
+        let word = word.to_string_lossy();
+        ["--out", "--resume", "--force"].iter().any(|option| word.split('=').next() == Some(*option))
+    };
+    let may_move = !words.iter().any(is_named);
+    let mut moved: Option<(std::path::PathBuf, u32)> = None;
+    loop {
+        let outcome = command(arguments);
+        let folder = match &outcome {
+            Err(Error::Another { path, .. }) if may_move => path.parent().map(ToOwned::to_owned),
+            _ => None,
+        };
+        let Some(folder) = folder.filter(|folder| folder.starts_with(FOLDERS)) else {
+            return outcome.map(|report| (report, for_programs));
+        };
+        let (first, number) = moved.map_or((folder, 2), |(first, number)| (first, number + 1));
+        let mut name = first.clone().into_os_string();
+        name.push(format!("-{number}"));
+        terminal::tell(&format!(
+            "{} has the results of another question or run: going on in {}",
+            first.display(),
+            name.display()
+        ));
+        arguments = self::arguments(words.iter().cloned().chain(["--out".into(), name]))?;
+        moved = Some((first, number));
+    }
 }
 
 /// Returns true if a command's output is meant for programs, such as a script, a schema, a manual page or an example file.

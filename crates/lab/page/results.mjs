@@ -55,11 +55,11 @@ export function values(side, one, cursor, [from, to], both) {
 /** Statistics, side by side, into a table; `of(side)` has those of a side. */
 export function statistics(table, sides, of) {
   const rows = [
-    ['trials', s => String(s.trials)],
+    ['trials', s => s.in_words.trials],
     ['rms error of the axis', s => s.in_words.rms],
     ['mean error', s => s.in_words.bias],
     ['95th percentile', s => s.in_words.p95],
-    ['largest', s => `${number(s.max_deg)}°`],
+    ['largest', s => (s.max_deg === null ? '–' : `${number(s.max_deg)}°`)],
     ['wrong pole', s => s.in_words.wrong, s => s.wrong_poles > 0],
     ['pole undetermined', s => s.in_words.undetermined],
     ['no angle', s => s.in_words.failed],

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use standstill_campaign::{Estimate, Summary};
-use standstill_quantity::at_most;
+use standstill_quantity::{at_most, count};
 
 /// Replaces hyphens by true minus signs.
 fn typeset(text: &str) -> String {
@@ -20,17 +20,18 @@ fn interval(of: Estimate, unit: &str) -> String {
 }
 
 /// Returns a count with its probability; for a count of zero, with the upper limit of the probability.
-fn odds(count: u64, of: Estimate) -> String {
-    if count == 0 {
+fn odds(cases: u64, of: Estimate) -> String {
+    if cases == 0 {
         format!("0, below {} %", at_most(of.high))
     } else {
-        format!("{count}: {}", interval(of.times(100.0), " %"))
+        format!("{}: {}", count(cases), interval(of.times(100.0), " %"))
     }
 }
 
 /// Texts of a summary, by the quantity.
 pub(crate) fn in_words(s: &Summary) -> Value {
     json!({
+        "trials": count(s.trials),
         "rms": interval(s.rms_deg, "°"),
         "bias": interval(s.bias_deg, "°"),
         "p95": interval(s.p95_deg, "°"),
@@ -58,9 +59,10 @@ mod tests {
         let estimate = |value, low, high| Estimate { value, low, high };
         let mut s = Statistics::default().summary();
         (s.rms_deg, s.bias_deg) = (estimate(0.751_7, 0.661, 0.889), estimate(-0.012_34, -0.04, 0.015));
-        (s.wrong_poles, s.wrong_pole_probability) = (3, binomial_interval(3, 2000));
+        (s.trials, s.wrong_poles, s.wrong_pole_probability) = (20_000, 3, binomial_interval(3, 2000));
         s.failed_probability = binomial_interval(0, 10_000);
         let in_words = in_words(&s);
+        assert_eq!(in_words["trials"], "20,000");
         assert_eq!(in_words["rms"], "0.75° [0.66, 0.89]");
         assert_eq!(in_words["bias"], "−0.012° [−0.040, 0.015]");
         assert_eq!(in_words["wrong"], "3: 0.15 % [0.03, 0.44]");

@@ -11,10 +11,19 @@ mod slips;
 mod tests;
 
 use standstill_numeric::{hypot, ln};
-use standstill_quantity::listed;
+use standstill_quantity::{count, listed, short};
 
 use self::slips::Slip;
 use crate::{Motor, Ratings};
+
+/// Formats a speed in rpm: whole numbers from 1000 rpm on.
+fn rpm(speed: f64) -> String {
+    if (1e3..1e15).contains(&speed) {
+        format!("{} rpm", count(speed.round()))
+    } else {
+        format!("{} rpm", short(speed))
+    }
+}
 
 /// Implausible numbers, and the slips that would explain them.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +44,8 @@ pub struct Guess {
     pub factor: f64,
     /// Description in words.
     pub said: String,
+    /// Keys of a nameplate with the numbers that are meant, each with its unit.
+    pub meant: Vec<(&'static str, String)>,
 }
 
 impl Doubtful {
@@ -194,11 +205,11 @@ impl Numbers {
             if self.flux > 0.0 {
                 let speed = phase / self.flux;
                 check(speed / std::f64::consts::TAU, [6.0, 6000.0], (250.0, 1.3), |of, x| {
-                    let rpm = 60.0 * x / of.pole_pairs;
-                    format!("the magnet's voltage fills the DC link at {} ({rpm:.3} rpm)", listed(&[x], "Hz"))
+                    let rpm = rpm(60.0 * x / of.pole_pairs);
+                    format!("the magnet's voltage fills the DC link at {} ({rpm})", listed(&[x], "Hz"))
                 });
                 check(speed / self.pole_pairs * RPM, [30.0, 100_000.0], (3000.0, 1.5), |_, x| {
-                    format!("the magnet's voltage fills the DC link at {x:.3} rpm")
+                    format!("the magnet's voltage fills the DC link at {}", rpm(x))
                 });
             }
         }
@@ -315,6 +326,7 @@ fn of_unit(
             "{key} {value} {si} looks like a number in {unit}: {:.1e} {si} would fit",
             value * factor
         ),
+        meant: vec![(key, format!("{} {si}", short(value * factor)))],
     };
     fits.map(guess).collect()
 }

@@ -61,6 +61,22 @@ pub fn of_motor(motor: &Motor) -> Option<String> {
     motor.doubtful().map(|doubtful| format!("{}: {}", motor.name, doubtful.said()))
 }
 
+/// Returns all warnings of a motor's data sheet, without the motor's name.
+pub fn of_sheet(motor: &Motor) -> Vec<String> {
+    motor.doubtful().map(|doubtful| doubtful.said()).into_iter().chain(exchanged_axes(motor)).collect()
+}
+
+/// Returns what the numbers of a doubtful data sheet may mean, the likeliest first: keys of a nameplate, each with a number and its unit.
+pub fn meant(motor: &Motor) -> Vec<Vec<(&'static str, String)>> {
+    let guesses = motor.doubtful().into_iter().flat_map(|doubtful| doubtful.guesses);
+    let mut all: Vec<_> = guesses.map(|guess| guess.meant).collect();
+    if exchanged_axes(motor).is_some() {
+        let [d, q] = [motor.winding.d_axis_inductance(), motor.winding.q_axis_inductance()];
+        all.push(vec![("L_d", listed(&[q], "H")), ("L_q", listed(&[d], "H"))]);
+    }
+    all
+}
+
 /// Returns the warnings of a scenario, one sentence for each value that is probably a mistake.
 ///
 /// ```
@@ -77,7 +93,7 @@ pub fn of(scenario: &Scenario<Method<f64>>) -> Vec<String> {
     let rated = motor.rated_current;
     let unusual = keys().filter_map(|key| unusual(scenario, key));
     let mut said: Vec<String> =
-        of_motor(motor).into_iter().chain(exchanged_axes(motor)).chain(unusual).collect();
+        of_sheet(motor).into_iter().map(|doubt| format!("{}: {doubt}", motor.name)).chain(unusual).collect();
     if let Some(adc) = sensors.adc {
         let reach = listed(&[adc.high], "A");
         if adc.high < 0.5 * rated {
@@ -107,8 +123,7 @@ fn exchanged_axes(motor: &Motor) -> Option<String> {
     let [d, q] = [motor.winding.d_axis_inductance(), motor.winding.q_axis_inductance()];
     (motor.has_magnet() && d > ABOVE * q).then(|| {
         format!(
-            "{}: L_d is {}, above L_q, {}: unusual beside a magnet. If the sheet has the two exchanged, an axis is found 90° off",
-            motor.name,
+            "L_d is {}, above L_q, {}: unusual beside a magnet. If the sheet has the two exchanged, an axis is found 90° off",
             listed(&[d], "H"),
             listed(&[q], "H")
         )

@@ -81,7 +81,7 @@ pub(super) fn tried(
     if let Some(advice) = freed(bench, methods, untried, hear)? {
         return Ok(vec![advice]);
     }
-    let mut advice = changed(bench, methods, untried, hear)?;
+    let mut advice = changed(bench, methods, stalled(found), untried, hear)?;
     let (relaxed, cut) = bench.work.within(1.0, || relaxed::tried(bench, methods, hear));
     let relaxed = relaxed?;
     if relaxed.is_none() && cut {
@@ -128,15 +128,26 @@ fn freed(
     Ok(helps.map(advice))
 }
 
+/// Returns the largest phase current in A of the judged settings if the DC link drives no larger current in any of them.
+fn stalled(found: &Suitability) -> Option<f64> {
+    let judged = || found.candidates.iter().filter(|candidate| candidate.is_judged());
+    let peaks = judged().map(|of| of.locked.peak_current_a.max(of.free.peak_current_a));
+    judged()
+        .all(|candidate| candidate.binding.is_none())
+        .then(|| peaks.fold(0.0, f64::max))
+        .filter(|peak| *peak > 0.0)
+}
+
 /// Tries changes of drive, sensors, rotor and allowed current. Each change may use an equal share of the remaining work.
 fn changed(
     bench: &Bench<'_>,
     methods: &[(MethodName, &Found)],
+    stalled: Option<f64>,
     untried: &mut Vec<String>,
     hear: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Vec<Advice>, SuitabilityError> {
     let short = short(methods);
-    let mut changes = changes::changes(bench, &short);
+    let mut changes = changes::changes(bench, &short, stalled);
     if changes.is_empty() {
         return Ok(Vec::new());
     }

@@ -38,8 +38,9 @@ impl Change {
     }
 }
 
-/// Lists the changes to be tried. If several of them improve sensors and dead time, the last entry combines all of these.
-pub(super) fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> {
+/// Lists the changes to be tried. `stalled`: largest phase current in A, if the DC link drives no larger one; a higher link is tried then
+/// instead of more current. If several of them improve sensors and dead time, the last entry combines all of these.
+pub(super) fn changes(bench: &Bench<'_>, methods: &[MethodName], stalled: Option<f64>) -> Vec<Change> {
     let mut changes = Vec::new();
     if bench.rotors.contains(&Rotor::Free) {
         let brake = keyed("a brake that holds the rotor", "rotor.state", "locked".to_owned());
@@ -51,12 +52,19 @@ pub(super) fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> 
     let reads_currents = sensors.arrangement != Arrangement::None;
     let adc = sensors.adc.filter(|_| reads_currents);
     let range = adc.map_or(f64::INFINITY, |adc| adc.high);
+    for factor in
+        stalled.into_iter().flat_map(|reached| [1.2, 3.0].map(|more| more * bench.most_current / reached))
+    {
+        // The current of a pulse that a resistance limits, or of the longest one, is proportional to the voltage.
+        let link = digits(factor * drive.link.voltage, 3);
+        changes.push(keyed(&format!("a DC link of {link} V"), "inverter.dc_link", format!("{link} V")));
+    }
     // If the user allows less than rated current, rated current is tried first.
     let rated = digits(bench.motor.rated_current, 3);
     if bench.most_current < 0.98 * rated && rated < 0.98 * range {
         changes.push(more_current(format!("rated current, {rated} A"), rated));
     }
-    for factor in [1.5, 2.0, 3.0] {
+    for factor in [1.5, 2.0, 3.0].into_iter().filter(|_| stalled.is_none()) {
         let current = digits(bench.most_current * factor, 3);
         let mut change = more_current(format!("{factor} times the current, {current} A"), current);
         if factor > 2.0 {

@@ -348,7 +348,7 @@ impl Bench<'_> {
     }
 }
 
-/// Formats a time as a scenario file writes it, in microseconds and rounded down to few digits. `seconds` is the time in s.
+/// Formats a time as a scenario file writes it, in microseconds or milliseconds and rounded down to few digits. `seconds` is the time in s.
 fn microseconds(seconds: f64) -> String {
     let value = seconds.max(PULSE_RANGE[0]) * 1e6;
     let (step, power) = match value {
@@ -357,7 +357,8 @@ fn microseconds(seconds: f64) -> String {
         v if v < 500.0 => (5.0, 0),
         _ => (1.0, 1),
     };
-    format!("{} us", down(value / step, power) * step)
+    let value = down(value / step, power) * step;
+    if value < 1000.0 { format!("{value} us") } else { format!("{} ms", rounded(value, -3)) }
 }
 
 /// Formats a current in A as a scenario file writes it, rounded down to three digits.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::Command;
-use super::values::OUT;
+use super::values::{FOLDERS, OUT};
 
 /// Returns the default output folder of a command. `of` is the scenario file or the motor. Without `of`, the folder is named after the
 /// command only.
@@ -11,7 +11,7 @@ use super::values::OUT;
 /// Different scenarios have different folders, as have different commands.
 pub fn default_folder(of: Option<&Path>, command: &str) -> PathBuf {
     let name = of.and_then(Path::file_stem).map(|stem| format!("{}-", stem.to_string_lossy()));
-    Path::new("standstill-out").join(name.unwrap_or_default() + command)
+    Path::new(FOLDERS).join(name.unwrap_or_default() + command)
 }
 
 impl Command {

@@ -8,7 +8,11 @@ use clap::error::ErrorKind;
 use clap::{Arg, Args, Command};
 use standstill_interface::Choice;
 use standstill_plant::MapValues;
+use standstill_quantity::count;
 use standstill_scenario::FaultMode;
+
+/// Folder of all default output folders.
+pub const FOLDERS: &str = "standstill-out";
 
 /// Placeholder for the default output folder. The folder is named after the scenario file or the motor, and after the command.
 pub const OUT: &str = "standstill-out/SCENARIO-COMMAND";
@@ -43,8 +47,8 @@ pub fn whole<T: TryFrom<u64> + Clone + Send + Sync + 'static>(
     move |text: &str| {
         let number = text.trim().parse().ok().filter(|number| range.contains(number));
         number.and_then(|number| T::try_from(number).ok()).ok_or_else(|| match (range.start(), range.end()) {
-            (low, &u64::MAX) => format!("needed a whole number from {low}"),
-            (low, high) => format!("needed a whole number from {low} to {high}"),
+            (low, &u64::MAX) => format!("needed a whole number from {}", count(*low)),
+            (low, high) => format!("needed a whole number from {} to {}", count(*low), count(*high)),
         })
     }
 }
@@ -105,11 +109,11 @@ pub fn tolerance() -> impl TypedValueParser<Value = f64> {
 }
 
 pub fn milliseconds() -> impl TypedValueParser<Value = f64> {
-    number(0.1..=20_000.0, "not a number of milliseconds from 0.1 to 20000")
+    number(0.1..=20_000.0, "not a number of milliseconds from 0.1 to 20,000")
 }
 
 pub fn amperes() -> impl TypedValueParser<Value = f64> {
-    number(1e-6..=1e5, "not a number of amperes from 1e-6 to 100000")
+    number(1e-6..=1e5, "not a number of amperes from 1e-6 to 100,000")
 }
 
 pub fn ohms() -> impl TypedValueParser<Value = f64> {

@@ -16,6 +16,7 @@ use crate::arguments::Bounds as Options;
 use crate::doubts;
 use crate::error::Error;
 use crate::scenario::{self, Shipped, Shorthands};
+use crate::shell::setup::in_words;
 use crate::shell::{NOT_SHOWN, Report, interrupt, workers};
 
 /// Returns four Cramér–Rao limits of the rms error in electrical degrees. The first uses the method's own samples, the second all samples.
@@ -69,7 +70,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     } else {
         "no unbiased method knows the axis better from these commands (Cramér–Rao)"
     };
-    let headline = format!("{}, {method}, {} errors: {says}", motor.name, file.errors.0.name());
+    let headline = format!("{}, {method}, {}: {says}", motor.name, in_words(file.errors.0));
     let blocks = match &found {
         None => vec![Block::Text(TURNS.to_owned())],
         Some(bounds) => {

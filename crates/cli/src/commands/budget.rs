@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::figures::{self, Bar};
 use crate::shell::command_line::quoted;
 use crate::shell::{NOT_SHOWN, Report};
+use standstill_quantity::count;
 
 /// Smallest number of samples with which the shares are accurate enough. With fewer samples the answer is marked as doubtful.
 const FEW: u64 = 50;
@@ -142,10 +143,7 @@ fn unanswered(setting: String, asked: &str, too_few: &TooFew, starts: Option<&Si
         return answer;
     }
     let enough = pairs * needed * 2 / whole;
-    answer.next(
-        "pairs of which enough have an axis",
-        format!("standstill budget {asked} --pairs {enough} --force"),
-    )
+    answer.next("pairs of which enough have an axis", format!("standstill budget {asked} --pairs {enough}"))
 }
 
 fn answer(setting: String, asked: &str, budget: &Budget, starts: Option<&Silence>) -> Answer {
@@ -189,10 +187,8 @@ fn answer(setting: String, asked: &str, budget: &Budget, starts: Option<&Silence
     let answer = Answer { json, csv: Some(records), ..answer };
     if is_doubtful {
         let pairs = (ENOUGH * budget.pairs).div_ceil(kept.max(1));
-        return answer.next(
-            "enough samples that have an axis",
-            format!("standstill budget {asked} --pairs {pairs} --force"),
-        );
+        return answer
+            .next("enough samples that have an axis", format!("standstill budget {asked} --pairs {pairs}"));
     }
     let Some(first) = shares.first() else { return answer };
     let percent = (100.0 * first.share.value).round();
@@ -237,12 +233,13 @@ fn table(shares: &[Part]) -> Table {
 fn notes(budget: &Budget) -> Vec<String> {
     let mut notes = vec![format!(
         "[95 % interval], Sobol' indices at each angle, averaged over it; {} trials",
-        budget.trials
+        count(budget.trials)
     )];
     if budget.dropped > 0 {
         notes.push(format!(
             "{} of {} samples left out: one of their starts had no axis. The odds of that are no part of a budget",
-            budget.dropped, budget.pairs
+            count(budget.dropped),
+            count(budget.pairs)
         ));
     }
     notes

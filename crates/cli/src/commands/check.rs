@@ -8,8 +8,8 @@ use standstill_analysis::{Demands, Progress, Suitability, Suited, standing};
 use standstill_detect::Method;
 use standstill_interface::Choice;
 use standstill_plant::Motor;
-use standstill_scenario::doubts::wrong_signature;
-use standstill_scenario::{Document, FileError, Scenario};
+use standstill_scenario::doubts::{self as sheet_doubts, of_sheet, wrong_signature};
+use standstill_scenario::{Document, FileError, Origin, Scenario};
 
 use super::init;
 use crate::answer::{Answer, Made, verdict};
@@ -88,6 +88,8 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         effort: options.effort,
         found: &found,
         signature: signature.as_deref(),
+        doubts: &of_sheet(&motor),
+        meant: &meant(&document, &motor),
         keys: keys(options),
     };
     let is_shown = !options.json && host::current().is_none();
@@ -122,6 +124,21 @@ fn of_any_method(document: &Document, motor: &Motor) -> Result<Scenario<Method<f
         }
         scenario => scenario,
     }
+}
+
+/// Returns the keys of the motor's nameplate with the numbers that are probably meant, for a data sheet with doubtful numbers. Empty if
+/// there is no guess, or if the data sheet has no such keys.
+fn meant(document: &Document, motor: &Motor) -> Vec<(String, String)> {
+    let accepted = |numbers: Vec<(&str, String)>| {
+        let mut document = document.clone();
+        let keys = numbers.into_iter().map(|(key, value)| (format!("motor.nameplate.{key}"), value));
+        let keys: Vec<_> = keys.collect();
+        for (key, value) in &keys {
+            document.set(key, value, Origin::CommandLine).ok()?;
+        }
+        document.motor().is_ok().then_some(keys)
+    };
+    sheet_doubts::meant(motor).into_iter().find_map(accepted).unwrap_or_default()
 }
 
 /// Returns the scenario keys that the options set, each with its value as text.

@@ -83,7 +83,8 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let answer = if needed <= MOST_PLAIN {
         answer.next(
             "some ten such starts among plain trials, to be explained one by one",
-            format!("standstill run {again} --trials {needed}"),
+            // The folder of a run of the same scenario has another number of trials.
+            format!("standstill run {again} --trials {needed} --out plain-{needed}"),
         )
     } else if likely > 0.0 {
         answer.next(
@@ -99,13 +100,13 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         let times = words::times(1e6 / odds.trials as f64);
         answer.next(
             format!("plain trials bound it by 3.7 over their number ({times} as many trials as here)"),
-            format!("standstill run {again} --rows none --trials 1000000"),
+            format!("standstill run {again} --rows none --trials 1000000 --out plain-1000000"),
         )
     };
     let answer = match deeper(options.effort, &odds) {
         Some((depth, deeper)) => answer.next(
             format!("levels down to {depth:.0e}"),
-            format!("standstill odds {again} --event \"{}\" --effort {deeper} --force", options.event),
+            format!("standstill odds {again} --event \"{}\" --effort {deeper}", options.event),
         ),
         None => answer,
     };

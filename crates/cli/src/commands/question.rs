@@ -28,7 +28,7 @@ use crate::shell::command_line::{command, quoted, set, to_resume};
 use crate::shell::interrupt::INTERRUPTED;
 use crate::shell::output::{Output, remove_stale};
 use crate::shell::progress::Watched;
-use crate::shell::setup::Setup;
+use crate::shell::setup::{Setup, in_words};
 use crate::shell::{Report, workers};
 
 /// Returns the scenario document of a question, with the keys that the command line sets.
@@ -241,10 +241,10 @@ pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String 
     let notes = notes.chain(sectors);
     let note = notes.fold(String::new(), |all, note| all + "\n(" + &note + ")");
     format!(
-        "{}, {}, {} errors, {} rotor, seed {}{note}",
+        "{}, {}, {}, {} rotor, seed {}{note}",
         scenario.motor.name,
         file.detector.name(),
-        file.errors.0.name(),
+        in_words(file.errors.0),
         file.rotor.state().name(),
         file.seed
     )

@@ -23,6 +23,7 @@ use crate::scenario::{self, Shipped, Shorthands};
 use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::{Output, file_list};
+use crate::shell::setup::in_words;
 use crate::shell::{Report, progress};
 use crate::{answer, figures, summary};
 
@@ -141,9 +142,9 @@ impl Study {
         };
         let scenario = document.scenario_of(&document.motor()?)?;
         let setting = format!(
-            "{}, {} errors, {} decay, rotor {}",
+            "{}, {}, {} decay, rotor {}",
             scenario.motor.name,
-            file.errors.0.name(),
+            in_words(file.errors.0),
             decay.name(),
             file.rotor.state().name()
         );

@@ -13,7 +13,7 @@ use standstill_analysis::bracket::{Bound, Edge, Found, Search, Side, Stretch};
 use standstill_analysis::limit::{Limit, Limits};
 use standstill_analysis::require::{Bench, Judged, Taken};
 use standstill_campaign::Estimate;
-use standstill_quantity::short;
+use standstill_quantity::{count, short};
 use standstill_report::page::Tone;
 use standstill_scenario::{FileError, Plan};
 
@@ -58,7 +58,11 @@ impl EdgeSearch<'_> {
         search.find(&mut |value, trials| {
             let values: Vec<f64> = before.iter().copied().chain([value]).collect();
             if before.is_empty() {
-                watched.bar.set_message(format!("{trials} trials at {}", shown(&bench.keys[0].0, value)));
+                watched.bar.set_message(format!(
+                    "{} trials at {}",
+                    count(trials),
+                    shown(&bench.keys[0].0, value)
+                ));
             }
             let (one, look) = match bench.judge(&values, trials, taken, watched)? {
                 Ok(found) => found,

@@ -9,6 +9,7 @@ use standstill_analysis::require::Bench;
 use standstill_analysis::tune::{Effort, Goal, Judged, Question as Asked, Range, Tuned};
 use standstill_campaign::Estimate;
 use standstill_detect::keys as settings;
+use standstill_quantity::count;
 use standstill_report::page::{Block, Tone};
 use standstill_scenario::Document;
 
@@ -234,7 +235,7 @@ fn answer(
     };
     let records: Records = tuned.looks.iter().map(look).collect();
     let figure = figures::tune(asked, tuned, setting.clone());
-    let (trials, seed, last) = (asked.effort.last, asked.seed.wrapping_add(2), words::last(tuned));
+    let (trials, seed, last) = (count(asked.effort.last), asked.seed.wrapping_add(2), words::last(tuned));
     let line = if found {
         "The line joins the settings of which none is better in both. These, start and best"
     } else {
@@ -258,5 +259,10 @@ fn answer(
     }
     let pairs = asked.ranges.iter().zip(&tuned.best.values);
     let keys = pairs.map(|(range, value)| set(&range.key, &shown(&range.key, *value)));
-    answer.next("starts with these settings", format!("standstill run {again}{}", keys.collect::<String>()))
+    let label = if tuned.seems_better(&asked.goal) {
+        "starts with these settings"
+    } else {
+        "starts with these settings, which are not surely better than the start"
+    };
+    answer.next(label, format!("standstill run {again}{}", keys.collect::<String>()))
 }

@@ -2,9 +2,9 @@
 
 use standstill_analysis::Entry;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, Ticks};
-use standstill_scenario::ErrorSet;
 
 use super::parts::ends;
+use crate::shell::setup::in_words;
 use crate::shell::values::{each_once, range};
 use crate::summary::{FAILING, GOOD, good};
 
@@ -34,12 +34,7 @@ const STYLES: [Style; 5] = [Style::Blue, Style::Vermilion, Style::Orange, Style:
 const LEAST_HEIGHT: f64 = 340.0;
 
 fn condition(entry: &Entry) -> String {
-    let errors = match entry.errors {
-        ErrorSet::None => "no errors".to_owned(),
-        ErrorSet::Noise => "noise alone".to_owned(),
-        ErrorSet::Default | ErrorSet::Harsh | ErrorSet::Field => format!("{} errors", entry.errors.name()),
-    };
-    format!("{} rotor, {errors}", entry.rotor.name())
+    format!("{} rotor, {}", entry.rotor.name(), in_words(entry.errors))
 }
 
 fn conditions(entries: &[&Entry]) -> Vec<String> {

@@ -6,7 +6,7 @@ use std::path::Path;
 use indexmap::IndexMap;
 use standstill_quantity::{listed, number};
 use standstill_report::page::{Block, Column, Section, Table};
-use standstill_scenario::{Document, FileError, Key, Plan, Point, ScenarioFile, Values, keys};
+use standstill_scenario::{Document, ErrorSet, FileError, Key, Plan, Point, ScenarioFile, Values, keys};
 
 use crate::shell::values::each_once;
 
@@ -21,7 +21,7 @@ pub fn conditions(file: &ScenarioFile, is_varied: impl Fn(&str) -> bool) -> Stri
     let parts = [
         fixed("motor", file.motor.name()),
         fixed("detector.method", file.detector.name().to_owned()),
-        fixed("errors", format!("{} errors", file.errors.0.name())),
+        fixed("errors", in_words(file.errors.0)),
         fixed("rotor.state", format!("rotor {}", file.rotor.state().name())),
         fixed("seed", format!("seed {}", file.seed)),
     ];
@@ -216,6 +216,15 @@ fn facts(plan: &Plan, point: usize) -> Vec<(String, String)> {
     };
     let of_drive = |key: &&Key| ["inverter.", "sensors."].iter().any(|table| key.path.starts_with(table));
     keys().filter(of_drive).filter_map(fact).collect()
+}
+
+/// Returns an error set in words, such as "default errors".
+pub fn in_words(set: ErrorSet) -> String {
+    match set {
+        ErrorSet::None => "no errors".to_owned(),
+        ErrorSet::Noise => "noise alone".to_owned(),
+        ErrorSet::Default | ErrorSet::Harsh | ErrorSet::Field => format!("{} errors", set.name()),
+    }
 }
 
 #[cfg(test)]

@@ -242,6 +242,17 @@ fn law_check_writes_the_scenario_that_goes_on_and_replaces_nothing() {
     let run = standstill(&["run", "check-paper-5k5.toml", "--trials", "20", "--json"], at);
     let summary: Value = serde_json::from_slice(&run.stdout).expect("JSON");
     assert_eq!((&summary["summary"]["undetermined"], &summary["summary"]["failed"]), (&0.into(), &0.into()));
+    // Its own file, which nobody has edited, follows the next check.
+    let of_file = || fs::read_to_string(at.join("check-paper-5k5.toml")).expect("there");
+    let before = of_file();
+    let shorter: Vec<&str> = check
+        .iter()
+        .map(|word| if *word == "detector.pulse=200us" { "detector.pulse=150us" } else { word })
+        .collect();
+    assert!(text(&shorter).0.ends_with("Go on with\n  standstill run check-paper-5k5.toml\n"));
+    assert!(of_file().contains("pulse = 0.00015") && before.contains("pulse = 0.0002"), "{}", of_file());
+    fs::write(at.join("check-paper-5k5.toml"), before.replace("0.0002", "0.00021")).expect("written");
+    assert!(text(&check).0.contains("is there already and says something else: it stays"));
     fs::write(at.join("check-paper-5k5.toml"), "trials = 5\n").expect("written");
     let (other, _) = text(&check);
     assert!(other.contains("is there already and says something else: it stays"), "{other}");

@@ -114,7 +114,7 @@ fn law_ten_requirements_are_passed_but_one_that_fails_and_one_that_is_not_shown(
     }
     // What to do next: how many trials would do; a start that fails; each command runs as it is printed.
     let next = requirement(&found, "POLE-2")["next"].as_str().expect("text");
-    let shows = "some 6200000 would show it if they go on so: set trials = 7400000 for it in r.toml";
+    let shows = "some 6,200,000 would show it if they go on so: set trials = 7400000 for it in r.toml";
     assert!(next.contains("POLE-2 is not shown by 700 trials") && next.contains(shows), "{next}");
     let command = requirement(&found, "TIME")["next_command"].as_str().expect("text");
     assert!(command.starts_with("standstill trace s.toml --trial 0 --out trace-TIME"), "{command}");

@@ -196,3 +196,54 @@ fn law_scenarios_and_commands_have_default_folders_of_their_own_and_name_the_nex
     assert_eq!(names(&path.join("standstill-out")), expected);
     assert!(path.join("standstill-out/a-run/report/report.html").exists());
 }
+
+#[test]
+fn law_another_run_or_question_gets_a_default_folder_of_its_own() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), "motor = \"outrunner\"\n[detector]\nmethod = \"bipolar\"\n")
+        .expect("written");
+    let said = |arguments: &[&str]| {
+        let output = standstill(arguments, path);
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        (String::from_utf8(output.stdout).expect("text"), String::from_utf8(output.stderr).expect("text"))
+    };
+    let rows = |name: &str| {
+        fs::read_to_string(path.join("standstill-out").join(name).join("trials.csv")).expect("rows")
+    };
+    said(&["run", "s.toml", "--trials", "4"]);
+    let first = rows("s-run");
+    for _ in 0..2 {
+        // The same run again finds its own folder.
+        let (next, moved) = said(&["run", "s.toml", "--trials", "5"]);
+        assert!(moved.contains("going on in standstill-out/s-run-2"), "{moved}");
+        assert!(next.ends_with("standstill report standstill-out/s-run-2\n"), "{next}");
+    }
+    said(&["run", "s.toml", "--trials", "5", "-s", "errors=harsh"]);
+    assert_eq!(rows("s-run"), first);
+    assert_eq!(rows("s-run-2").lines().count(), rows("s-run-3").lines().count());
+    let moved = |limit: &str| {
+        let asked = [
+            "require",
+            "s.toml",
+            "--key",
+            "sensors.noise",
+            "--between",
+            "2 mA:50 mA",
+            "--most",
+            "400",
+            "--limit",
+            limit,
+        ];
+        String::from_utf8(standstill(&asked, path).stderr).expect("text")
+    };
+    assert!(!moved("rms <= 5 deg").contains("going on"));
+    assert!(moved("rms <= 6 deg").contains("going on in standstill-out/s-require-2"));
+    // A folder that was named, or a run that is to go on, is not exchanged.
+    for more in [&["--out", "standstill-out/s-run"][..], &["--resume"]] {
+        let message =
+            mistake(&[&["run", "s.toml", "--trials", "6", "-s", "errors=field"][..], more].concat(), path);
+        assert!(message.contains("s-run") && !message.contains("going on"), "{message}");
+    }
+    assert_eq!(rows("s-run"), first);
+}

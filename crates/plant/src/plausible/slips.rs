@@ -121,14 +121,21 @@ impl Slip {
     /// Describes the slip in words, with the number that was meant.
     pub(super) fn guess(&self, of: &Numbers) -> Guess {
         let key = self.key.name();
-        let meant = value(self.key, &self.mended(of));
+        let mended = self.mended(of);
+        let meant = value(self.key, &mended);
         let said = match self.why {
             Why::Prefix => format!("did you mean {key} {meant}?"),
             Why::Looks(looks, by) => {
                 format!("{key} {} looks like {looks}: {meant}, {by}, would fit", value(self.key, of))
             }
         };
-        Guess { key, factor: self.factor, said }
+        let keys = match self.key {
+            Key::Both => vec![Key::D, Key::Q],
+            Key::Winding => vec![Key::Resistance, Key::D, Key::Q],
+            key => vec![key],
+        };
+        let meant = keys.into_iter().map(|key| (key.name(), value(key, &mended))).collect();
+        Guess { key, factor: self.factor, said, meant }
     }
 }
 

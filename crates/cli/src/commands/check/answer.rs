@@ -13,8 +13,18 @@ use crate::shell::command_line::{self, quoted};
 pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
     let found = asked.found;
     let mut lines = Vec::new();
+    if !asked.meant.is_empty() {
+        let keys = asked.keys.iter().filter(|(key, _)| !asked.meant.iter().any(|(other, _)| other == key));
+        let keys = keys.chain(asked.meant).cloned().collect();
+        lines.extend([
+            "If the doubtful number is a slip:".to_owned(),
+            again(&Checked { keys, ..*asked }, &[], asked.demands, asked.effort),
+            String::new(),
+        ]);
+    }
     if found.recommended().is_none() {
-        return unsuited(asked);
+        lines.extend(unsuited(asked));
+        return lines;
     }
     if matches!(found.condition, Some(Condition::Saturation { .. })) {
         lines.extend([
@@ -264,7 +274,7 @@ pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> 
         "pole_judged": !found.pole_is_open(),
         "pole": found.pole,
         "reasons": asked.reasons(),
-        "doubts": asked.motor.doubtful().map(|doubtful| doubtful.said()),
+        "doubts": (!asked.doubts.is_empty()).then(|| asked.doubts.join("; ")),
         "demands": Demands { current_a: Some(found.most_current_a), ..*asked.demands },
         "saliency_ratio": found.saliency_ratio,
         "limit_deg": found.limit.map(|bound| bound.scheme_deg),

@@ -9,6 +9,7 @@ use toml::Value;
 
 use crate::arguments::Check;
 use crate::error::Error;
+use crate::shell::asked::digest;
 use crate::shell::output::{beside, folder_of, remove_stale, replace};
 use crate::shell::terminal::wrapped;
 
@@ -38,8 +39,8 @@ impl Written {
     }
 }
 
-/// Writes the scenario file to the path of `--write`, or else beside the scenario that was checked. Replaces a file with other content only
-/// if `--force` is given.
+/// Writes the scenario file to the path of `--write`, or else beside the scenario that was checked. Replaces a file that a user has
+/// written or edited only if `--force` is given.
 pub fn write(
     options: &Check,
     asked: &Document,
@@ -52,15 +53,18 @@ pub fn write(
     if path.parent().unwrap_or_else(|| Path::new("")) != folder {
         from_anywhere(&mut recommended, &folder)?;
     }
-    let written = format!("Written by `standstill check {}`.", options.motor);
+    let scenario = recommended.load()?.text()?;
+    let written = format!("{WRITTEN} {}`; digest of the lines below: {}", options.motor, digest(&scenario));
     let mut text = String::new();
     for line in wrapped(head, COLUMNS).into_iter().chain([written]) {
         text.extend(["# ", &line, "\n"]);
     }
-    text += &recommended.load()?.text()?;
+    text += &scenario;
     remove_stale(folder_of(&path));
     match fs::read(&path) {
         Ok(there) if there == text.as_bytes() => return Ok(Written::Done(path)),
+        // An answer of an earlier check that nobody has edited is replaced.
+        Ok(there) if is_unedited(&String::from_utf8_lossy(&there)) => {}
         Ok(_) if !options.force && options.write.is_some() => {
             return Err(Error::InTheWay {
                 path,
@@ -81,6 +85,13 @@ pub fn write(
         }
         Err(error) => Err(error),
     }
+}
+
+/// Returns true if a file is as an earlier `check` wrote it.
+fn is_unedited(text: &str) -> bool {
+    let Some((_, rest)) = text.split_once(WRITTEN) else { return false };
+    let Some((line, scenario)) = rest.split_once('\n') else { return false };
+    line.ends_with(&format!(": {}", digest(scenario)))
 }
 
 /// Checks before the computation that the file of `--write` can be written.

@@ -27,6 +27,10 @@ pub struct Checked<'a> {
     pub found: &'a Suitability,
     /// Warning that the polarity signature set by the scenario is doubtful. None if it is not doubtful.
     pub signature: Option<&'a str>,
+    /// Doubts about the numbers of the data sheet.
+    pub doubts: &'a [String],
+    /// Keys of the data sheet with the numbers that are probably meant. Empty without a guess.
+    pub meant: &'a [(String, String)],
     /// Keys set on the command line in addition to the motor or file.
     pub keys: Vec<(String, String)>,
 }
@@ -36,7 +40,7 @@ impl Checked<'_> {
     pub fn word(&self) -> (Tone, &'static str) {
         match self.found.suited() {
             // A verdict on a data sheet with doubtful numbers is a warning, even if settings suit.
-            Suited::Yes if self.motor.doubtful().is_some() => (Tone::Warning, "suited"),
+            Suited::Yes if !self.doubts.is_empty() => (Tone::Warning, "suited"),
             Suited::Yes => (Tone::Good, "suited"),
             Suited::If => (Tone::Warning, "suited"),
             Suited::No => (Tone::Bad, "NOT suited"),
@@ -85,8 +89,9 @@ impl Checked<'_> {
         let given = found.candidates.iter().find_map(|of| of.given).filter(|_| found.suited() == Suited::No);
         let given = given.map_or_else(String::new, |key| format!("; `detector.{key}` was as given"));
         let note = note + &given + &turning::note(self);
-        let note = match self.motor.doubtful() {
-            Some(doubt) => format!("{note}; if its numbers are meant: {}", doubt.what),
+        let doubt = self.motor.doubtful().map(|doubt| doubt.what).or_else(|| self.doubts.first().cloned());
+        let note = match doubt {
+            Some(doubt) => format!("{note}; if its numbers are meant: {doubt}"),
             None => note,
         };
         format!(
@@ -99,8 +104,8 @@ impl Checked<'_> {
 
     /// Returns the reasons of the verdict.
     pub fn reasons(&self) -> Vec<String> {
-        let doubt = self.motor.doubtful().map(|doubt| format!("Doubtful numbers: {}", doubt.said()));
-        let mut reasons: Vec<String> = doubt.into_iter().collect();
+        let mut reasons: Vec<String> =
+            self.doubts.iter().map(|doubt| format!("Doubtful numbers: {doubt}")).collect();
         reasons.extend([saliency(self.found, self.demands, self.errors), poles(self.found)]);
         reasons.extend(self.signature.map(|doubt| format!("Signature: {doubt}.")));
         reasons.extend(self.found.left_speed.as_ref().map(|speed| {

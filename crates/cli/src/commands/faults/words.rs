@@ -1,7 +1,7 @@
 //! Sentences of `faults`: the headline and its details.
 
 use standstill_analysis::faults::{Worst, trials_that_show};
-use standstill_quantity::short;
+use standstill_quantity::{count, short};
 use standstill_report::page::Tone;
 
 use super::{Row, Subject, percent};
@@ -112,14 +112,14 @@ pub fn details(of: &Subject<'_>, rows: &[Row]) -> Vec<String> {
             "{} with {}: {} of {} starts could not be simulated to their end; right, wrong pole, beyond and detected leave them out",
             row.method,
             row.fault(),
-            row.counts.errors,
-            row.counts.trials
+            count(row.counts.errors),
+            count(row.counts.trials)
         )
     }));
     details
 }
 
-/// Returns the sentence on wrong poles. None for a motor without magnetic poles.
+/// Returns the sentence on wrong poles. None for a motor without magnetic poles, and if no start names a pole.
 fn poles(of: &Subject<'_>, rows: &[Row]) -> Option<String> {
     let faults = faults(rows);
     let seen = faults.iter().filter(|row| row.counts.wrong_pole > 0).count();
@@ -132,7 +132,8 @@ fn poles(of: &Subject<'_>, rows: &[Row]) -> Option<String> {
             rows_of(faults.len())
         )
     };
-    of.has_magnet.then_some(text)
+    let names_poles = |row: &&Row| row.counts.right + row.counts.beyond + row.counts.wrong_pole > 0;
+    (of.has_magnet && rows.iter().any(|row| names_poles(&row))).then_some(text)
 }
 
 /// Returns the sentence on faults without a dangerous answer whose upper bound is still above `MOST`. It states how many trials would lower

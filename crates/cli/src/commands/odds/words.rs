@@ -74,7 +74,10 @@ fn one_in(p: &Estimate) -> Option<String> {
     let digits = usize::try_from(behind.clamp(0, 2)).unwrap_or(0);
     let often = (p.value > 0.0).then(|| format!("{:.digits$e}", 1.0 / p.value).parse::<f64>().ok())??;
     let (unit, name) = NAMES.into_iter().find(|(unit, _)| often >= *unit).unwrap_or((1.0, ""));
-    Some(format!("one in {}{name} starts", count(rounded(often / unit, 0))))
+    match rounded(often / unit, 0) {
+        1.0 if name.is_empty() => Some("nearly every start".to_owned()),
+        often => Some(format!("one in {}{name} starts", count(often))),
+    }
 }
 
 /// Returns the phrase that names the set of starts to which the probability refers.

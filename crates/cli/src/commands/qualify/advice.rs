@@ -5,6 +5,7 @@ use std::path::Path;
 use standstill_analysis::Effort;
 use standstill_analysis::faults::Entry;
 use standstill_analysis::qualify::{Case, Claim, Claimed, MOST_TRIALS, Verdict};
+use standstill_quantity::count;
 use standstill_report::page::Block;
 use standstill_scenario::MotorSpec;
 
@@ -102,7 +103,7 @@ impl Words<'_> {
         } else {
             starts.max(claim.trials)
         };
-        let text = format!("{id} is not shown by {trials} trials; {}", self.more(claim));
+        let text = format!("{id} is not shown by {} trials; {}", count(trials), self.more(claim));
         let Some(rare) = &claim.rare else { return (text, None) };
         if rare.plain.is_some() {
             // Runs with more effort reach lower probabilities. They do not reach the event either, or they show that it is too frequent.
@@ -134,15 +135,17 @@ impl Words<'_> {
                 let trials = rounded_up(needed + needed / 5).min(MOST_TRIALS);
                 let (needed, file) = (rounded_up(needed), self.requirements.display());
                 format!(
-                    "some {needed} would show it if they go on so: set trials = {trials} for it in {file}"
+                    "some {} would show it if they go on so: set trials = {trials} for it in {file}",
+                    count(needed)
                 )
             }
             Some(needed) => {
                 let asked = claim.rare.is_some() || self.found.requirements.odds.is_some();
                 let rest = if asked { "" } else { "; or set odds = \"normal\" there" };
                 format!(
-                    "it would take {}, and a requirement may have {MOST_TRIALS}: state a weaker limit, or show it otherwise{rest}",
-                    rounded_up(needed)
+                    "it would take {}, and a requirement may have {}: state a weaker limit, or show it otherwise{rest}",
+                    count(rounded_up(needed)),
+                    count(MOST_TRIALS)
                 )
             }
             None => {

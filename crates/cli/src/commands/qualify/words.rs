@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use standstill_analysis::faults::Entry;
 use standstill_analysis::qualify::{Case, Claim, Claimed, Qualification, Requirement, Verdict};
 use standstill_analysis::witness::Witness;
-use standstill_quantity::magnitude;
+use standstill_quantity::{count, magnitude};
 use standstill_report::page::Sheet;
 
 use crate::answer::{Record, Records};
@@ -98,7 +98,12 @@ fn shown(of: &Case, claim: &Claim) -> String {
             let most =
                 claim.guards.then(|| format!(", where {} may be (unanswered)", percent(claim.limit())));
             let (low, high) = (percent(low), percent(high));
-            format!("{bad}{or}: {cases} of {starts} starts, {low} to {high}{}", most.unwrap_or_default())
+            format!(
+                "{bad}{or}: {} of {} starts, {low} to {high}{}",
+                count(cases),
+                count(starts),
+                most.unwrap_or_default()
+            )
         }
         Claimed::Undetected(_) if seen.of == 0 => {
             format!("without the method's checks no start is {}", of.danger())
@@ -341,7 +346,7 @@ impl Words<'_> {
                 requirement.id.clone(),
                 requirement.text.clone(),
                 requirement.limit.clone(),
-                format!("{shown} ({trials} trials)"),
+                format!("{shown} ({} trials)", count(trials)),
                 self.found.verdict(*number).name().to_owned(),
             ]
         });

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use standstill_analysis::{Answers, Halt, Source, Trials, Watch};
+use standstill_quantity::count;
 use standstill_scenario::{FileError, Plan, Rotor, ScenarioFile};
 
 use super::{again, given};
@@ -68,12 +69,12 @@ impl Silence {
 
     /// Returns the number of starts without an answer, in words.
     pub fn counted(&self) -> String {
-        let (starts, what) = (self.answers.starts, self.what());
+        let (starts, what) = (count(self.answers.starts), self.what());
         match (self.answered(), self.without()) {
             (0, _) => format!("none of {starts} plain starts has {what}"),
             (_, 0) => format!("each of {starts} plain starts has {what}"),
             (_, 1) => format!("1 of {starts} plain starts has no {}", bare(what)),
-            (_, without) => format!("{without} of {starts} plain starts have no {}", bare(what)),
+            (_, without) => format!("{} of {starts} plain starts have no {}", count(without), bare(what)),
         }
     }
 
@@ -85,10 +86,10 @@ impl Silence {
             ([(reason, _)], _) => format!("{}: {reason}", self.counted()),
             (first, others) => {
                 let named: Vec<String> =
-                    first.iter().map(|(reason, count)| format!("{reason} in {count}")).collect();
-                let others = match others.iter().map(|(_, count)| count).sum::<u64>() {
+                    first.iter().map(|(reason, of)| format!("{reason} in {}", count(*of))).collect();
+                let others = match others.iter().map(|(_, of)| of).sum::<u64>() {
                     0 => String::new(),
-                    count => format!(", other reasons in {count}"),
+                    of => format!(", other reasons in {}", count(of)),
                 };
                 format!("{}: {}{others}", self.counted(), named.join(", "))
             }

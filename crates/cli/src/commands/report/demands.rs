@@ -125,7 +125,7 @@ pub fn more(run: &FinishedRun) -> String {
         ("wrong-pole", "wrong poles")
     };
     format!(
-        "{} starts show all of it if they go on so: `standstill run {scenario} --trials {COUNTED} --resume{} --out {folder}`{note}; `standstill odds {scenario} --event {event}` finds rare {rare} with fewer",
+        "{} starts show all of it if they go on so: `standstill run {scenario} --trials {COUNTED} --resume{} --out {folder}`{note}; `standstill odds {scenario} --event {event}` bounds how rare {rare} are, far below 0.01 %, with some 400,000 trials",
         count(COUNTED),
         run.format_option()
     )

@@ -11,6 +11,7 @@ use standstill_campaign::Estimate;
 use crate::arguments::MOST_AT_A_VALUE as MOST;
 use crate::shell::values::{percent, probability};
 use standstill_analysis::require::Judged;
+use standstill_quantity::count;
 
 /// A remark that starts without an answer decide a limit of the rms error. At the edge, these starts cause more than half of the mean
 /// square error, or more than half of the square of the upper end of the rms interval.
@@ -71,7 +72,8 @@ impl fmt::Display for Unanswered {
         let seen = if *share > 0.0 { percent(*share) } else { "none".to_owned() };
         write!(
             f,
-            "{seen} of {trials} starts lacked one, but up to {} may, which make {}° of rms alone",
+            "{seen} of {} starts lacked one, but up to {} may, which make {}° of rms alone",
+            count(*trials),
             percent(*share_high),
             probability(*rms_high_deg)
         )

@@ -2,6 +2,7 @@
 
 use standstill_analysis::bracket::{Bound, Edge, Search, Side, Stretch};
 use standstill_analysis::limit::Limits;
+use standstill_quantity::count;
 
 use super::unanswered::{self, Unanswered};
 use super::{EdgeSearch, bound, side};
@@ -20,7 +21,7 @@ pub fn sentence(key: &str, whole: bool, limits: &Limits, edges: &[Edge]) -> Stri
 /// Returns the details: numbers of trials, binding limits, and uncertainties of the edges.
 pub fn details(asked: &EdgeSearch<'_>, found: &Stretch) -> Vec<String> {
     let (key, limits) = (&asked.bench.keys[0].0, &asked.limits);
-    let mut counts: Vec<String> = found.edges.iter().map(|edge| edge.trials.to_string()).collect();
+    let mut counts: Vec<String> = found.edges.iter().map(|edge| count(edge.trials)).collect();
     counts.dedup();
     let counts = counts.join(" and ");
     let mut notes =

@@ -11,6 +11,7 @@ use crate::results::{STATISTICS, SummaryFile, rows, trials_name};
 
 use crate::error::Error;
 use crate::shell::terminal::tell;
+use standstill_quantity::count;
 
 /// Number of blocks of rows that the channel from the reading thread can hold.
 const WAITING: usize = 64;
@@ -78,7 +79,8 @@ impl Found {
                     path: path.to_owned(),
                     difference: format!(
                         "the number of trials is {} there and {} here, and statistics alone of a shard cannot be extended",
-                        earlier.trials, identity.trials
+                        count(earlier.trials),
+                        count(identity.trials)
                     ),
                 }
                 .into());
@@ -126,12 +128,13 @@ impl Found {
         let now = SummaryFile::read(folder).ok().map(|summary| summary.trials());
         match (self.finished, now) {
             (Some(before), Some(now)) if before == now => format!(
-                "The run of {before} trials that was there is as long as before: stop_at is met. A narrower stop_at extends it, or none."
+                "The run of {} trials that was there is as long as before: stop_at is met. A narrower stop_at extends it, or none.",
+                count(before)
             ),
             (Some(before), Some(now)) => {
-                format!("The run of {before} trials that was there was extended to {now}.")
+                format!("The run of {} trials that was there was extended to {}.", count(before), count(now))
             }
-            _ => format!("The run of {} trials that was there was extended.", self.trials),
+            _ => format!("The run of {} trials that was there was extended.", count(self.trials)),
         }
     }
 

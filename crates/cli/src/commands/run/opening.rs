@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use standstill_campaign::store::{Identity, Shard};
+use standstill_quantity::count;
 use standstill_scenario::{DesignKind, Plan, Point};
 
 use crate::shell::setup::setting;
@@ -13,7 +14,9 @@ use crate::shell::values::each_once;
 pub fn text(plan: &Plan, identity: &Identity, shard: Shard) -> String {
     let file = plan.file();
     let mut said = format!("Simulating {}: ", setting(file));
-    let trials = |count: u64| if count == 1 { "1 trial".to_owned() } else { format!("{count} trials") };
+    let trials = |number: u64| {
+        if number == 1 { "1 trial".to_owned() } else { format!("{} trials", count(number)) }
+    };
     if file.axes.is_empty() {
         said += &trials(identity.trials);
     } else {
@@ -31,7 +34,7 @@ pub fn text(plan: &Plan, identity: &Identity, shard: Shard) -> String {
         let _ = write!(
             said,
             "{} points over {}, {} at each",
-            identity.points,
+            count(identity.points),
             axes.join(", "),
             trials(identity.trials)
         );

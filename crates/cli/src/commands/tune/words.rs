@@ -3,7 +3,7 @@
 use standstill_analysis::limit::{Limit, Measure};
 use standstill_analysis::tune::{Judged, Question as Asked, Tuned};
 use standstill_campaign::Estimate;
-use standstill_quantity::{Scale, listed};
+use standstill_quantity::{Scale, count, listed};
 use standstill_report::page::{Column, Table, Tone};
 
 use crate::commands::require::Unanswered;
@@ -116,7 +116,7 @@ pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
     let apart = tuned.differences.get(minimise);
     let mut details = vec![format!(
         "[95 % interval] of {} trials of seed {}, which the search did not use; difference of {minimise} to the start {}",
-        asked.effort.last,
+        count(asked.effort.last),
         asked.seed.wrapping_add(2),
         with_unit(minimise, &apart)
     )];

@@ -36,7 +36,7 @@ pub fn said(asked: &Checked<'_>) -> Option<String> {
     let notices = match speeds.notices_rpm {
         Some(notices) => format!("{method} says so in 95 of 100 starts from {} rpm", rpm(notices)),
         None if speeds.is_checked => {
-            format!("{method} does not say so in 95 of 100 starts up to {highest} rpm")
+            format!("{method} says so in fewer than 95 of 100 starts up to {highest} rpm")
         }
         None if asked.found.has_magnet => {
             format!("{method} does not look, as -s detector.checks=true makes it do")

@@ -36,9 +36,7 @@ fn measured(found: &Suitability) -> Vec<Block> {
 fn changes(found: &Suitability) -> Vec<Block> {
     let looks: usize = found.candidates.iter().map(|candidate| candidate.looks).sum();
     let flowed = found.candidates.iter().map(|of| of.locked.peak_current_a.max(of.free.peak_current_a));
-    let is_given = found.candidates.iter().all(|of| of.given.is_some());
-    let most = if is_given { flowed.fold(0.0, f64::max) } else { found.most_current_a };
-    let most = amperes(most);
+    let most = amperes(flowed.fold(0.0, f64::max));
     let judged = found.candidates.iter().any(Candidate::is_judged);
     let tried = match looks {
         _ if found.is_undecided && !judged => format!(
