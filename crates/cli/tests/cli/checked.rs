@@ -202,7 +202,7 @@ fn regress_a_given_pulse_is_left_to_the_search_by_one_command() {
     let folder = folder();
     let at = folder.path();
     fs::write(at.join("m48.toml"), sheet(M48)).expect("written");
-    let given = [&["check", "m48.toml"][..], &BIPOLAR, &["-s", "detector.pulse=20us"]].concat();
+    let given = [&["check", "m48.toml"][..], &BIPOLAR, &["-s", "detector.pulse=12us"]].concat();
     let found = answer(&given, at);
     assert_eq!(
         found["next"],

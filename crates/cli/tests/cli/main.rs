@@ -314,7 +314,7 @@ fn law_mistakes_are_named_in_a_line_and_leave_nothing_behind() {
         (&["reproduce", "--trials", "many"], &["'many'", "--trials"]),
         (&["reproduce", "--errors", "big"], &["'big'", "none, noise, default, harsh, field"]),
         (&["reproduce", "--seed", "-1"], &["'-1'", "--seed", "whole number from 0"]),
-        (&["reproduce", "--trials", "-1"], &["'-1'", "--trials", "whole number from 1 to 100000000"]),
+        (&["reproduce", "--trials", "-1"], &["'-1'", "--trials", "whole number from 1 to 100,000,000"]),
         (
             &["reproduce", "--motor", "negative.toml"],
             &["negative.toml", "winding.resistance", "-1.2 Ω", "positive"],
@@ -339,7 +339,7 @@ fn law_mistakes_are_named_in_a_line_and_leave_nothing_behind() {
         (&["trace", "--angle", "inf", "--out", "t"], &["'inf'", "degrees from -360 to 360"]),
         (&["trace", "--angle", "1"], &["--out"]),
         (&["magnetics", "nosuch"], &["unknown motor `nosuch`"]),
-        (&["magnetics", "paper-5k5", "--current", "0"], &["'0'", "number of amperes from 1e-6 to 100000"]),
+        (&["magnetics", "paper-5k5", "--current", "0"], &["'0'", "number of amperes from 1e-6 to 100,000"]),
         (&["motors", "nosuch"], &["unknown motor `nosuch`"]),
         (&["motors", "outruner"], &["unknown motor `outruner` (did you mean `outrunner`?)", "paper-5k5"]),
     ];
