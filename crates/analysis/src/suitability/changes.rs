@@ -52,32 +52,7 @@ pub(super) fn changes(bench: &Bench<'_>, methods: &[MethodName], stalled: Option
     let reads_currents = sensors.arrangement != Arrangement::None;
     let adc = sensors.adc.filter(|_| reads_currents);
     let range = adc.map_or(f64::INFINITY, |adc| adc.high);
-    for factor in
-        stalled.into_iter().flat_map(|reached| [1.2, 3.0].map(|more| more * bench.most_current / reached))
-    {
-        // The current of a pulse that a resistance limits, or of the longest one, is proportional to the voltage.
-        let link = digits(factor * drive.link.voltage, 3);
-        changes.push(keyed(&format!("a DC link of {link} V"), "inverter.dc_link", format!("{link} V")));
-    }
-    // If the user allows less than rated current, rated current is tried first.
-    let rated = digits(bench.motor.rated_current, 3);
-    if bench.most_current < 0.98 * rated && rated < 0.98 * range {
-        changes.push(more_current(format!("rated current, {rated} A"), rated));
-    }
-    for factor in [1.5, 2.0, 3.0].into_iter().filter(|_| stalled.is_none()) {
-        let current = digits(bench.most_current * factor, 3);
-        let mut change = more_current(format!("{factor} times the current, {current} A"), current);
-        if factor > 2.0 {
-            change.words += " (if the magnets bear it)";
-        }
-        // The sensors must read it.
-        if current >= 0.98 * range {
-            let range = digits(1.1 * current, 3);
-            let _ = write!(change.words, " with sensors that read up to {range} A");
-            change.keys.push(("sensors.range", format!("{range} A")));
-        }
-        changes.push(change);
-    }
+    changes.extend(currents(bench, stalled, drive.link.voltage, range));
     let comparator = sensors.comparator;
     if comparator.timer > 0.0 && comparator.arrangement == Comparators::PerLeg && comparator.offset > 0.0 {
         let words = "one comparator for all legs, whose offset speaks for no pole";
@@ -145,6 +120,38 @@ pub(super) fn changes(bench: &Bench<'_>, methods: &[MethodName], stalled: Option
     });
     changes.extend(finer);
     changes.extend(all);
+    changes
+}
+
+/// Lists the changes by which more current flows. `link`: voltage of the DC link in V. `range`: largest current in A that the sensors read.
+fn currents(bench: &Bench<'_>, stalled: Option<f64>, link: f64, range: f64) -> Vec<Change> {
+    let mut changes = Vec::new();
+    for factor in
+        stalled.into_iter().flat_map(|reached| [1.2, 3.0].map(|more| more * bench.most_current / reached))
+    {
+        // The current of a pulse that a resistance limits, or of the longest one, is proportional to the voltage.
+        let voltage = digits(factor * link, 3);
+        changes.push(keyed(&format!("a DC link of {voltage} V"), "inverter.dc_link", format!("{voltage} V")));
+    }
+    // If the user allows less than rated current, rated current is tried first.
+    let rated = digits(bench.motor.rated_current, 3);
+    if bench.most_current < 0.98 * rated && rated < 0.98 * range {
+        changes.push(more_current(format!("rated current, {rated} A"), rated));
+    }
+    for factor in [1.5, 2.0, 3.0].into_iter().filter(|_| stalled.is_none()) {
+        let current = digits(bench.most_current * factor, 3);
+        let mut change = more_current(format!("{factor} times the current, {current} A"), current);
+        if factor > 2.0 {
+            change.words += " (if the magnets bear it)";
+        }
+        // The sensors must read it.
+        if current >= 0.98 * range {
+            let range = digits(1.1 * current, 3);
+            let _ = write!(change.words, " with sensors that read up to {range} A");
+            change.keys.push(("sensors.range", format!("{range} A")));
+        }
+        changes.push(change);
+    }
     changes
 }
 
