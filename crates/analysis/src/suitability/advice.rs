@@ -128,14 +128,15 @@ fn freed(
     Ok(helps.map(advice))
 }
 
-/// Returns the largest phase current in A of the judged settings if the DC link drives no larger current in any of them.
+/// Returns the largest phase current in A of the judged settings, with the rotor locked where that was judged, if it stays well below the allowed one because the DC link, or the longest
+/// pulse, drives no larger current. None if larger currents flow.
 fn stalled(found: &Suitability) -> Option<f64> {
     let judged = || found.candidates.iter().filter(|candidate| candidate.is_judged());
-    let peaks = judged().map(|of| of.locked.peak_current_a.max(of.free.peak_current_a));
-    judged()
-        .all(|candidate| candidate.binding.is_none())
-        .then(|| peaks.fold(0.0, f64::max))
-        .filter(|peak| *peak > 0.0)
+    // A rotor that the pulses turn adds its own voltage.
+    let peaks = judged().map(|of| if of.locked.trials > 0 { &of.locked } else { &of.free });
+    let peak = peaks.map(|starts| starts.peak_current_a).fold(0.0, f64::max);
+    let is_stalled = judged().any(|candidate| candidate.binding.is_none());
+    (is_stalled && peak > 0.0 && peak < 0.8 * found.most_current_a).then_some(peak)
 }
 
 /// Tries changes of drive, sensors, rotor and allowed current. Each change may use an equal share of the remaining work.

@@ -322,3 +322,45 @@ fn regress_check_names_a_doubtful_number_in_its_answer_and_before_it() {
         "{text}"
     );
 }
+
+#[test]
+fn law_where_the_link_drives_no_more_current_a_higher_link_is_tried() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("m48.toml"), sheet(M48)).expect("written");
+    // At 1.5 V two phases of 21 mΩ in series have 36 A at most, of 60 A.
+    let weak = [&["check", "m48.toml", "-s", "inverter.dc_link=1.5 V"][..], &BIPOLAR].concat();
+    let found = answer(&weak, at);
+    let changes: Vec<&str> =
+        found["advice"].as_array().expect("a list").iter().filter_map(|of| of["change"].as_str()).collect();
+    assert!(changes.iter().any(|change| change.starts_with("a DC link of ")), "{changes:?}");
+    assert!(!changes.iter().any(|change| change.contains("times the current")), "{changes:?}");
+    let peak = |rotor: &str| found["candidates"][0][rotor]["peak_current_a"].as_f64().expect("amperes");
+    assert!(peak("locked") > 10.0 && peak("locked") < 36.0, "{found}");
+    // A free rotor, which such long pulses turn, adds its own voltage.
+    let most = format!("tried, up to {:.1} A", peak("locked").max(peak("free")));
+    assert!(said(&standstill(&weak, at)).contains(&most), "{most}");
+}
+
+#[test]
+fn regress_exchanged_inductances_are_a_doubt_and_the_other_way_round_is_the_next_command() {
+    let folder = folder();
+    let at = folder.path();
+    let exchanged = M48.map(|number| match number {
+        "16 uH" => "20 uH",
+        "20 uH" => "16 uH",
+        other => other,
+    });
+    fs::write(at.join("m48.toml"), sheet(exchanged)).expect("written");
+    let asked = [&["check", "m48.toml", "--effort", "quick"][..], &BIPOLAR].concat();
+    let found = answer(&asked, at);
+    assert!(found["doubts"].as_str().is_some_and(|doubt| doubt.contains("above L_q")), "{found}");
+    assert!(said(&standstill(&asked, at)).contains("if its numbers are meant: L_d is 20 µH, above L_q"));
+    let next = found["next"][0].as_str().expect("a command");
+    let meant = "-s 'motor.nameplate.L_d=16 µH' -s 'motor.nameplate.L_q=20 µH'";
+    assert!(next.starts_with("standstill check m48.toml") && next.contains(meant), "{next}");
+    let words = words(next);
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let mended = answer(&words, at);
+    assert_eq!((&mended["doubts"], &mended["verdict"]), (&Value::Null, &"suited".into()), "{mended}");
+}

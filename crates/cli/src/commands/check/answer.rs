@@ -19,10 +19,10 @@ pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
         lines.extend([
             "If the doubtful number is a slip:".to_owned(),
             again(&Checked { keys, ..*asked }, &[], asked.demands, asked.effort),
-            String::new(),
         ]);
     }
     if found.recommended().is_none() {
+        lines.extend((!lines.is_empty()).then(String::new));
         lines.extend(unsuited(asked));
         return lines;
     }
