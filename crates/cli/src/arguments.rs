@@ -176,7 +176,7 @@ pub struct Trace {
     #[command(flatten)]
     pub setup: Setup,
     /// Folder for the files, created if it does not exist
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
     #[command(flatten)]
     pub force: Force,

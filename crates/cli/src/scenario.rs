@@ -149,6 +149,10 @@ pub fn read_either(path: &Path) -> Result<(Document, bool), Error> {
     if !path.exists() && DataSheet::built_in_text(&name).is_some() {
         return Ok((named(&name)?, true));
     }
+    // A word is the name of a motor, known or not.
+    if !path.exists() && path.extension().is_none() && !name.contains('/') && host::current().is_none() {
+        return Err(Error::UnknownMotor(name.into_owned()));
+    }
     if let Some(found) = named_otherwise(path) {
         return Err(Error::results(path, found, "a scenario (.toml), or a motor"));
     }

@@ -119,7 +119,7 @@ pub struct FaultSettings {
 const LONGEST: f64 = 20.0;
 
 impl FaultTable {
-    /// Checks the fault with this number, counted from 0.
+    /// Checks this fault and returns its settings in SI units. `number`: its place in the scenario's list, from 0, which errors name.
     ///
     /// # Errors
     /// A value is invalid; the error names its key.
@@ -178,7 +178,7 @@ impl FaultTable {
         Ok(FaultSettings { mode, at, size, further, command, onset, lasts })
     }
 
-    /// Checks the further sizes of the fault with this number, counted from 0.
+    /// Checks the further sizes of this fault and returns their ranges in SI units. `number`: its place in the scenario's list, from 0.
     fn further(&self, number: usize) -> Result<[[f64; 2]; 2], FileError> {
         let mode = self.mode.0;
         let mut further = [[0.0; 2]; 2];

@@ -123,12 +123,12 @@ fn broken(which: usize, Place { time, modes, current }: Place) -> End {
     End::Broken(which, time.0, modes, current)
 }
 
-/// Bits of the four numbers that a library measures: the angle in rad, the standard deviation of the angle, the evidence for the pole, and
-/// the evidence needed.
+/// Bit patterns (`f64::to_bits`) of four results of a library's detector: the angle and its standard deviation in rad, the evidence for the
+/// pole and the evidence needed, both in standard deviations. A missing result is none.
 type Measured = [Option<u64>; 4];
 
-/// Content of a line: number of the trial, duration in ns, true if the motor has a magnet, bits of the five numbers of the run, four counts
-/// of work, and the end.
+/// Content of a line: number of the trial, duration in ns, true if the motor has a magnet, bits of five numbers of the run (angle at its
+/// start, at its end and as the resolver shows it, movement, largest current), four counts of work, and the end.
 type Line = (u64, u64, bool, [u64; 5], [u64; 4], End);
 
 impl Record {

@@ -9,7 +9,8 @@ use toml::Value;
 use super::document::FileError;
 use super::number::Number;
 
-/// Distribution of a key's value. Widths in per cent are shares of the value in the scenario, others are in its unit.
+/// Distribution from which each trial draws a key's value. A width in per cent is a share of the mean, or percentage points if the mean is in
+/// per cent. Any other width has a unit of the key's quantity.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tolerance {

@@ -7,7 +7,8 @@ use super::{Look, Looks, Search, Side, View};
 pub struct Edge {
     /// End of the stretch at which the edge lies.
     pub side: Side,
-    /// Last value inside the stretch at which the limits hold.
+    /// Outermost tried value at which the limits hold: the largest one for [`Side::Largest`], the smallest one for [`Side::Smallest`]. In the
+    /// key's SI unit.
     pub value: f64,
     /// Lower and upper end of the edge's 95 % interval. The end inside the stretch is `None` if the limits surely hold at no tried value.
     /// The end outside the stretch is `None` if the limits surely fail at no tried value.

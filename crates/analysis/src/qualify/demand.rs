@@ -138,8 +138,9 @@ impl Demand {
         Ok(Self { fault, what })
     }
 
-    /// Returns true if the demand limits the share of an event other than a missing answer. A method could meet such a demand by giving no
-    /// answers, so the share of missing answers must be limited too. Returns false with a fault in the drive, because a missing answer is
+    /// Returns true if the demand limits the share of an event that a start without an answer does not have. A method could meet such a
+    /// demand by giving no answers, so the share of starts without an answer must be limited too. Returns false if the event is the missing
+    /// answer itself, or if starts without an answer count as the event. Also returns false with a fault in the drive, because no answer is
     /// right then.
     pub(super) fn is_guarded(&self) -> bool {
         let silent = matches!(self.what, LimitedMeasure::Share { or_unanswered: false, bad, .. } if bad != Bad::Unanswered);

@@ -167,8 +167,8 @@ pub fn open_terminal() -> Result<Witness, WitnessError> {
     Ok(Witness::closed("voltage of the open terminal during a line pulse", [known, here], 1e-6, "V"))
 }
 
-/// Checks the current in A of a voltage vector that a dead time shortens. The dead time of 2 µs delays the turn-on of the leg. The closed
-/// form is 2/3 U (t − t_d)/L_d, in a motor without resistance.
+/// Checks the current of phase a, in A, at the end of a voltage vector of t = 80 µs along the d axis of a locked rotor. The dead time of
+/// t_d = 2 µs delays the turn-on of the legs. Without resistance the closed form is i = 2/3 U (t − t_d)/L_d, with the link's voltage U.
 ///
 /// # Errors
 /// A run could not continue.

@@ -163,7 +163,7 @@ pub struct Faults {
     /// Method; repeat it for several [default: the scenario's]
     #[arg(long, value_name = "METHOD", value_parser = choice::<MethodName>())]
     pub method: Vec<MethodName>,
-    /// Failure rates of modes, a TOML file of lines such as `phase-open = 20`, by which outcomes are summed up
+    /// TOML file with the failure rate of each mode, such as `phase-open = 20`, all in one unit: the weights with which outcomes are added up
     #[arg(long, value_name = "FILE")]
     pub rates: Option<PathBuf>,
     /// Trials of each mode with each method [default: 3000]

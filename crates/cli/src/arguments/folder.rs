@@ -24,6 +24,10 @@ impl Command {
                 let of = options.source.scenario.clone().or_else(|| motor(&options.setup.motor));
                 (&mut options.out, of, "reproduce")
             }
+            Self::Trace(options) => {
+                let of = options.source.scenario.clone().or_else(|| motor(&options.setup.motor));
+                (&mut options.out, of, "trace")
+            }
             Self::Compare(options) => {
                 let of = options.source.scenario.clone().or_else(|| motor(&options.motor));
                 (&mut options.out, of, "compare")

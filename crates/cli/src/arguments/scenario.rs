@@ -58,7 +58,8 @@ pub struct Load {
     pub load: Option<f64>,
 }
 
-/// Temperatures of the motor: shorthands for keys, or for a motor without a scenario.
+/// Temperatures of the motor. With a scenario they set the keys `rotor.winding_temperature` and `rotor.magnet_temperature`; a motor without a
+/// scenario is brought to them.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Temperatures {
     /// True temperature of the winding in °C, which the drive does not know [default: that of the data sheet]

@@ -10,12 +10,14 @@ use standstill_plant::{
     PolaritySignature, Survey,
 };
 use standstill_quantity::short;
+use standstill_scenario::doubts::of_sheet;
 
 use crate::answer::{Answer, Made};
 use crate::arguments::Magnetics;
 use crate::error::Error;
 use crate::shell::asked::NotedQuestion;
 use crate::shell::command_line::quoted;
+use crate::shell::terminal::tell;
 use crate::shell::{Report, interrupt};
 
 /// Number of equal steps from zero to the largest current.
@@ -53,6 +55,9 @@ impl Subject {
         let sheet = super::sheet(&options.motor)?;
         let map = sheet.map().map_err(Error::Map)?;
         let motor = sheet.motor().map_err(Error::Motor)?.at_temperature(options.temperature.into())?;
+        for doubt in of_sheet(&motor) {
+            tell(&format!("warning: {}: {doubt}", motor.name));
+        }
         let covered = motor.magnetics.range().map_or(f64::INFINITY, covered);
         Ok(Self {
             name: motor.name,

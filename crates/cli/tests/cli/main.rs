@@ -337,10 +337,10 @@ fn law_mistakes_are_named_in_a_line_and_leave_nothing_behind() {
         (&["reproduce", "--out", "blocked"], &["trials.csv is a folder"]),
         (&["trace", "--angle", "north", "--out", "t"], &["'north'", "degrees from -360 to 360"]),
         (&["trace", "--angle", "inf", "--out", "t"], &["'inf'", "degrees from -360 to 360"]),
-        (&["trace", "--angle", "1"], &["--out"]),
         (&["magnetics", "nosuch"], &["unknown motor `nosuch`"]),
         (&["magnetics", "paper-5k5", "--current", "0"], &["'0'", "number of amperes from 1e-6 to 100,000"]),
         (&["motors", "nosuch"], &["unknown motor `nosuch`"]),
+        (&["run", "outruner"], &["unknown motor `outruner` (did you mean `outrunner`?)"]),
         (&["motors", "outruner"], &["unknown motor `outruner` (did you mean `outrunner`?)", "paper-5k5"]),
     ];
     for (arguments, parts) in cases {

@@ -195,7 +195,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Returns a snapshot of the machine at the present time. It needs no observer.
+    /// Returns a snapshot of the machine at the present simulated time. It works in a run without a probe, too.
     pub fn now<V: Wide>(&self, bank: &Bank<'a, V>) -> Snapshot {
         let modes = bank.machine.legs.modes(self.lane, self.time(bank));
         self.snapshot(bank, &self.place(bank), modes, self.gates(bank))

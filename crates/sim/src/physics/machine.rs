@@ -260,14 +260,14 @@ impl<'a, V: Wide> Machine<'a, V> {
         at_state
     }
 
-    /// Returns [`Self::branch`] if `RARE`, that is, in code for rare kinds of machines ([`Self::is_rare`]). Else returns none, so that
-    /// the compiler leaves out the code for play cells.
+    /// Returns [`Self::branch`] if `RARE` is true, else none. `RARE` is true in code that can step rare kinds of machines
+    /// ([`Self::is_rare`]). In all other code the compiler leaves out the computation of hysteresis (play cells).
     #[inline(always)]
     pub fn branch_if<const RARE: bool>(&self) -> Option<&Branch<V>> {
         if RARE { self.branch.as_ref() } else { None }
     }
 
-    /// Returns [`Self::shorted`] if `RARE`, that is, in code for rare kinds of machines. Else returns none.
+    /// Returns [`Self::shorted`] if `RARE` is true, as [`Self::branch_if`] does; else none.
     #[inline(always)]
     pub fn shorted_if<const RARE: bool>(&self) -> Option<&Shorted<V>> {
         if RARE { self.shorted.as_ref() } else { None }

@@ -52,12 +52,12 @@ fn fourth_order<V: Wide>(of: &Powers<V>) -> V {
     third * third / (second + third + 1e-30)
 }
 
-/// Force F and nonlinear remainder of the current at an end of a step.
+/// Driving voltage F (the equations of this module), current and flux with their slopes, at the begin or at the end of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct End<V> {
-    /// Force F in V.
+    /// Driving voltage F = rails + offsets − R i in V, without the part of floating terminals. The voltage of shorted turns is added.
     pub force: Plane<V>,
-    /// Slope of the force in V/s.
+    /// Slope of F in V/s.
     pub force_rise: Plane<V>,
     /// The current in A.
     pub current: Plane<V>,
@@ -70,7 +70,7 @@ pub struct End<V> {
 }
 
 impl<V: Wide> End<V> {
-    /// Computes force and current from the slopes of the machines. `link` is the link's voltage in V and `link_rise` its slope in V/s.
+    /// Computes F and the current from the slopes of the machines. `link` is the link's voltage in V and `link_rise` its slope in V/s.
     /// `pull` contains the voltage in V that shorted turns add, and its slope in V/s. `flux` is ψ − ψ₀ in Wb.
     #[inline(always)]
     pub(super) fn of(

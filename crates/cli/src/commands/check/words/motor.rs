@@ -231,19 +231,25 @@ pub fn poles(suitability: &Suitability) -> String {
         }
         _ => String::new(),
     };
+    let at = |signature: Signature, share: f64, at: &str| {
+        let percent = 100.0 * share.abs();
+        if signature == Signature::None {
+            format!("their currents differ by {percent:.1} % {at}")
+        } else {
+            format!("{} {at}, by {percent:.1} %", signature.in_words())
+        }
+    };
     format!(
-        "Poles{}: {} near rated current, by {:.1} %, {} times what drive and sensors get wrong between two vectors ({:.1} %); {} in pulses of half that current, by {:.1} %{strongest}.",
+        "Poles{}: {}, {} times what drive and sensors get wrong between two vectors ({:.1} %); {}{strongest}.",
         match (&suitability.condition, suitability.pole) {
             (Some(_), _) => " (of the least saturation that suffices)",
             (None, PoleKnowledge::Assumed) => " (assumed: the map has one side of the d-axis only)",
             _ => "",
         },
-        rated.in_words(),
-        100.0 * difference,
+        at(rated, difference, "near rated current"),
         factor(difference / floor),
         100.0 * floor,
-        pulses.in_words(),
-        100.0 * suitability.pulse_difference.abs()
+        at(pulses, suitability.pulse_difference, "in pulses of half that current")
     )
 }
 
