@@ -16,7 +16,7 @@ use crate::store::{Journal, JournalError, Row, Rows, Shard, Sweep, SweepError};
 pub(super) const TEXT: &str = include_str!("../numerics.txt");
 
 /// Cases in addition to methods on motors, for other code that determines the numbers of a trial.
-const OTHERS: [(&str, &str); 9] = [
+const OTHERS: [(&str, &str); 10] = [
     (
         "map",
         "errors = \"harsh\"\n[motor]\nbase = \"motor.toml\"\n[axes]\n\"rotor.state\" = [\"locked\", \"free\"]",
@@ -52,6 +52,10 @@ const OTHERS: [(&str, &str); 9] = [
     (
         "six pulses, sampled",
         "detector.method = \"six-pulse\"\n[axes]\nmotor = [\"surface-magnet\", \"outrunner\"]\nerrors = [\"default\", \"harsh\"]\n\"sensors.arrangement\" = [\"three-in-line\", \"two-in-line\", \"low-side-shunts\"]",
+    ),
+    (
+        "shorted turns",
+        "[axes]\nmotor = [\"paper-5k5\", \"light-vehicle\"]\n\"detector.method\" = [\"bipolar\", \"maximum-likelihood\"]\n[[faults]]\nmode = \"turns-shorted\"\nat = \"b\"\nmagnitude = [\"0.2 %\", \"6 %\"]\ncoupling = 0.5\nresistance = \"1 mΩ\"",
     ),
 ];
 

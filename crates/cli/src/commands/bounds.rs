@@ -83,7 +83,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
                 .rows(rows.chain([cells("rms".to_owned(), &Bound::rms(bounds))]));
             let read: Vec<&str> = scenario.sources().into_iter().map(Source::words).collect();
             let legend = format!(
-                "Read: {}. All samples: every {:.0} µs of the same commands, times to a threshold as they are. On a specimen: gains, \
+                "Read: {}. All samples: the own ones and every {:.0} µs of the same commands. On a specimen: gains, \
                  offsets and delays of drive and sensors are not known either.",
                 if read.is_empty() {
                     "nothing that tells the rotor's angle".to_owned()

@@ -141,7 +141,7 @@ mod tests {
             Unanswered::of(&limits, &judged, &edge).map(|found| found.to_string())
         };
         let text = decided(false).expect("a sentence");
-        assert!(text.contains("decide this interval: none of 60000 starts lacked one"), "{text}");
+        assert!(text.contains("decide this interval: none of 60,000 starts lacked one"), "{text}");
         assert_eq!(decided(true), None);
     }
 
@@ -153,7 +153,7 @@ mod tests {
         let text = said(rms(0.95, 1.3), share(1e-4, 2e-4)).expect("a sentence");
         assert!(text.ends_with("decide this limit: 0.01 % of them make 0.9000° of rms alone"), "{text}");
         let text = said(rms(0.15, 1.23), share(0.0, 1.84e-4)).expect("a sentence");
-        assert!(text.contains("decide this interval: none of 20000") && text.contains("0.0184 %"), "{text}");
+        assert!(text.contains("decide this interval: none of 20,000") && text.contains("0.0184 %"), "{text}");
         assert_eq!(said(rms(5.0, 5.2), share(0.0, 1.84e-4)), None);
     }
 }

@@ -50,7 +50,7 @@ pub fn published(asked: &Checked<'_>) -> Option<String> {
     };
     let beyond = beyond.map_or_else(String::new, |fall| {
         format!(
-            " No settings hold up to that estimate: `-s motor.nameplate.saturation={:.0}%` judges it alone.",
+            " No settings were found up to that estimate: `-s motor.nameplate.saturation={:.0}%` judges it alone.",
             100.0 * fall
         )
     });
