@@ -335,7 +335,7 @@ class StopTable(TypedDict, total=False):
     wrong_poles: Union[float, str]
 
 class Tolerance(TypedDict, total=False):
-    "Distribution of a key's value. Widths in per cent are shares of the value in the scenario, others are in its unit."
+    "Distribution from which each trial draws a key's value. A width in per cent is a share of the mean, or percentage points if the mean is in per cent. Any other width has a unit of the key's quantity."
 
     #: Mean of the distribution. Default: the value in the scenario.
     mean: str
