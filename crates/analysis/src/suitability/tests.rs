@@ -44,7 +44,7 @@ static SUITED: LazyLock<(Document, Suitability)> = LazyLock::new(|| {
 
 /// Demands that leave this motor too little current for its pole.
 fn weak() -> Demands {
-    Demands { current_a: Some(27.0), ..Demands::default() }
+    Demands { current_a: Some(15.0), ..Demands::default() }
 }
 
 /// The verdict with the demands of [`weak`].
@@ -69,13 +69,13 @@ fn regress_a_motor_that_a_longer_pulse_suits_is_suited() {
     // The document that goes on has these settings.
     let further = suitability.document(document).expect("keys").expect("recommended");
     assert_eq!(further.get("detector.pulse").and_then(|value| value.as_str()), Some(pulse.as_str()));
-    // With half of the current no settings are found, and more current helps.
+    // With a quarter of the current no settings are found, and more current helps.
     let weak = &*WEAK;
     assert_eq!(weak.suited(), Suited::No);
-    assert!(weak.candidates[0].free.peak_current_a <= 27.0, "{:?}", weak.candidates[0]);
+    assert!(weak.candidates[0].free.peak_current_a <= 15.0, "{:?}", weak.candidates[0]);
     let helps = |of: &Advice| of.helps.is_some();
     let current = |of: &Advice| of.demands.and_then(|demands| demands.current_a);
-    assert!(weak.advice.iter().any(|of| helps(of) && current(of) == Some(54.0)), "{:?}", weak.advice);
+    assert!(weak.advice.iter().any(|of| helps(of) && current(of) == Some(30.0)), "{:?}", weak.advice);
     // Rated current is tried if less was allowed.
     assert!(weak.advice.iter().any(|of| helps(of) && current(of) == Some(60.0)), "{:?}", weak.advice);
     let bits = weak.advice.iter().find(|of| of.keys == [("sensors.bits", "16".to_owned())]);

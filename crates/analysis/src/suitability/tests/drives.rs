@@ -196,7 +196,7 @@ fn regress_an_injection_too_weak_for_an_axis_is_no_limit_of_the_vectors() {
 /// If the given pulse is too short to tell the poles, `check` advises another pulse and no other sensor.
 #[test]
 fn regress_a_given_pulse_is_left_to_the_search_before_anything_is_bought() {
-    let document = sheet("saturation = \"5 %\"", &[BIPOLAR, ("detector.pulse", "20 us")]);
+    let document = sheet("saturation = \"5 %\"", &[BIPOLAR, ("detector.pulse", "12 us")]);
     let found = found(&document);
     assert_eq!(found.suited(), Suited::No, "{found:?}");
     assert_eq!(found.candidates[0].given, Some("pulse"));
