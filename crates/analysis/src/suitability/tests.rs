@@ -44,7 +44,7 @@ static SUITED: LazyLock<(Document, Suitability)> = LazyLock::new(|| {
 
 /// Demands that leave this motor too little current for its pole.
 fn weak() -> Demands {
-    Demands { current_a: Some(15.0), ..Demands::default() }
+    Demands { current_a: Some(20.0), ..Demands::default() }
 }
 
 /// The verdict with the demands of [`weak`].
@@ -69,13 +69,13 @@ fn regress_a_motor_that_a_longer_pulse_suits_is_suited() {
     // The document that goes on has these settings.
     let further = suitability.document(document).expect("keys").expect("recommended");
     assert_eq!(further.get("detector.pulse").and_then(|value| value.as_str()), Some(pulse.as_str()));
-    // With a quarter of the current no settings are found, and more current helps.
+    // With a third of the current no settings are found, and more current helps.
     let weak = &*WEAK;
     assert_eq!(weak.suited(), Suited::No);
-    assert!(weak.candidates[0].free.peak_current_a <= 15.0, "{:?}", weak.candidates[0]);
+    assert!(weak.candidates[0].free.peak_current_a <= 20.0, "{:?}", weak.candidates[0]);
     let helps = |of: &Advice| of.helps.is_some();
     let current = |of: &Advice| of.demands.and_then(|demands| demands.current_a);
-    assert!(weak.advice.iter().any(|of| helps(of) && current(of) == Some(30.0)), "{:?}", weak.advice);
+    assert!(weak.advice.iter().any(|of| helps(of) && current(of) == Some(40.0)), "{:?}", weak.advice);
     // Rated current is tried if less was allowed.
     assert!(weak.advice.iter().any(|of| helps(of) && current(of) == Some(60.0)), "{:?}", weak.advice);
     let bits = weak.advice.iter().find(|of| of.keys == [("sensors.bits", "16".to_owned())]);
@@ -112,8 +112,9 @@ fn law_a_check_does_no_more_than_it_may_and_names_what_it_left_out() {
             let most = whole.work / part;
             let found = within(most);
             assert_eq!(said(&found), said(&within(most)));
-            // A start that has begun is completed: some thousand evaluations.
-            assert!(found.work >= before && found.work < most + 20_000, "{} of {most}", found.work);
+            // Starts that have begun are completed, eight side by side: some thousand evaluations each by default, 60,000 with 24 rounds.
+            let begun = if part > 30 { 20_000 } else { 8 * 60_000 };
+            assert!(found.work >= before && found.work < most + begun, "{} of {most}", found.work);
             before = found.work;
             assert!(matches!(found.suited(), Suited::Undecided) || found.suited() == expected, "{found:?}");
             let is_open = found.suited() == Suited::Undecided;

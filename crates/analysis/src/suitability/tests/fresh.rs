@@ -73,7 +73,7 @@ fn law_a_check_says_of_each_method_what_it_found_before_it_confirms_one() {
 /// Settings that few starts object to are not confirmed on many: each confirmation takes a part of the error probability.
 #[test]
 fn law_settings_with_an_objection_are_not_confirmed() {
-    let weak = Demands { current_a: Some(15.0), ..Demands::default() };
+    let weak = Demands { current_a: Some(20.0), ..Demands::default() };
     let (mut confirmed, mut changed) = (0, false);
     let document = sheet("saturation = \"5 %\"", &[BIPOLAR]);
     let suitability = Suitability::of(&document, &weak, Effort::Quick, |progress| match progress {
