@@ -88,8 +88,10 @@ pub(super) struct Bench<'a> {
 /// Text that replaces the result of settings whose starts were not run because the allowed work was used up.
 pub(super) const SPENT: &str = "not tried, as this check may do no more work for it";
 
-/// Number that is added to the scenario's seed for the starts of the search. Later stages add larger numbers.
+/// Number that is added to the scenario's seed for the starts of the search. Later stages add larger numbers. The seed itself is left for the
+/// run that `check` prints, which must not repeat the starts that chose its settings.
 pub(super) const SEARCH: u64 = 1;
+const _: () = assert!(SEARCH > 0, "the run that check prints repeats the search");
 
 impl<'a> Bench<'a> {
     /// Makes the bench of a document. If an override sets the state of the rotor, only this state is judged.
