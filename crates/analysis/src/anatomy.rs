@@ -110,8 +110,8 @@ const fn width(event: Event) -> f64 {
     }
 }
 
-/// Returns the index of the sector that contains a start's rotor angle, and true if the axis error is positive. The second value is none
-/// for events other than an axis error. For an axis error, the angle is taken modulo 180°.
+/// Returns the class of a start: the index of the sector that contains its rotor angle, and whether its axis error is positive. Events
+/// other than an axis error have no sign. For an axis error, the angle is taken modulo 180°.
 fn class(event: Event, record: &Record) -> (usize, Option<bool>) {
     let (turn, positive) = match event {
         Event::Error(_) => (180.0, record.axis_error_deg().map(|error| error > 0.0)),

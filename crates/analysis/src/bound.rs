@@ -252,8 +252,9 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         Ok(commands)
     }
 
-    /// Returns two standard deviations of the angle in rad, computed from the samples that the commands request, and from samples at every
-    /// multiple of an interval if one is given. In the first, only the motor's parameters are unknown. In the second, the specimen's errors are unknown too; it is none for readings without noise.
+    /// Returns two standard deviations of the angle in rad: with unknown parameters of the motor alone, and with unknown errors of the
+    /// specimen, too. Readings without noise have no second one. The samples are those that the commands request, and those at every
+    /// multiple of an interval, if one is given.
     fn deviations(
         &self,
         case: &Case,

@@ -173,8 +173,8 @@ pub type Judge<'a, E> = &'a mut dyn FnMut(f64, u64) -> Result<Option<Look>, E>;
 struct Looks<'a, 'b, E> {
     search: &'a Search,
     judge: Judge<'b, E>,
-    /// For the bits of each value: its position in the range, the number of trials requested, and the result. The result is none if the
-    /// value is invalid.
+    /// What is known of each value, by its bits: its position in the range, the number of trials requested, and the result. An invalid
+    /// value has no result.
     known: BTreeMap<u64, (f64, u64, Option<Look>)>,
 }
 

@@ -124,7 +124,7 @@ fn shifted(
     Ok(all)
 }
 
-/// Returns how a trial ended: its verdict, and true if the pole was right. The second value is none if no pole was found.
+/// Returns how a trial ended: its verdict, and whether the pole that it named was right. A trial without a pole has no second value.
 fn end(record: &Record) -> (Verdict, Option<bool>) {
     (record.verdict(), record.pole_correct())
 }

@@ -223,7 +223,7 @@ impl Limits {
 }
 
 /// Limits of which some may be relative, such as `moved <= start, unanswered <= 0.1 %`. Each entry has the measure and its largest allowed
-/// value in the measure's unit. The value is none for a relative limit, which is the measure at the initial settings.
+/// value in the measure's unit. A relative limit has no value: its limit is the measure at the initial settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject(pub Vec<(Measure, Option<f64>)>);
 

@@ -78,8 +78,8 @@ struct Strength {
 }
 
 impl Strength {
-    /// Returns the settings with the key set to the share `share` of its largest value. If the user set the key, `largest` is none, and the
-    /// settings stay as they are.
+    /// Returns the settings with the key set to a share of its largest value. Without a largest value, which is so if the user set the key,
+    /// the settings stay as they are.
     fn set(&self, setting: &Setting, largest: Option<f64>, share: f64) -> Setting {
         let text = |largest: f64| (self.text)(self.dead + (largest - self.dead) * share);
         largest.map_or_else(|| setting.clone(), |largest| setting.with(self.key, &text(largest)))
@@ -304,9 +304,9 @@ impl Bench<'_> {
     }
 
     /// Finds the value of a key at which the largest current just meets its limit. Returns the value, and the demand that forbids a larger
-    /// value. The value is none if no value makes a workable setting. The demand is [`Demand::Answers`] if at a larger value most starts
-    /// find no axis. It is none if the DC link drives no larger current or the pulse has its largest length, else the current. `first` is
-    /// the first tried value. `dead` is the part of the value that causes no current.
+    /// value. There is no value if none makes a workable setting. The demand is [`Demand::Answers`] if at a larger value most starts
+    /// find no axis, and none if the DC link drives no larger current or the pulse has its largest length; otherwise it is the current.
+    /// `first` is the first tried value. `dead` is the part of the value that causes no current.
     fn grown(
         &self,
         plain: &Setting,

@@ -22,8 +22,8 @@ pub(super) struct Starts {
     pub failures: BTreeMap<String, u64>,
     /// Number of starts that ended because the method noticed that the rotor turns or moves.
     pub turning: u64,
-    /// Two signed errors in degrees for each start with an axis: the error of the angle, which is none if the start has no angle, and the
-    /// error of the axis. If the method finds only a sector of angles, the error is measured from the border of the sector.
+    /// Two signed errors in degrees of each start with an axis: that of the angle, which a start without a pole does not have, and that of
+    /// the axis. If the method finds only a sector of angles, the error is measured from the border of the sector.
     misses: Vec<(Option<f64>, f64)>,
     /// Time of the longest detection in s.
     pub longest_s: f64,

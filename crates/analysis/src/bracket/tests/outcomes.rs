@@ -84,7 +84,7 @@ fn law_an_answer_agrees_with_the_looks_of_most_trials() {
         |value| 1.0 - 0.01 * (value / 70.0).log10(),
         |value| 0.99 + 0.02 * (value.log10()).powi(2),
     ];
-    // The same word for the same value, number of trials and seed, from −1 to 1.
+    // A draw from −1 to 1 that value, number of trials and seed determine.
     let draw = |value: f64, trials: u64, seed: u64| {
         let mut word = value.to_bits() ^ trials.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (seed << 32);
         for _ in 0..3 {
