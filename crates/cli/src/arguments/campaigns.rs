@@ -73,7 +73,7 @@ pub struct Results {
     /// Format of the trials' file; `npz`: a NumPy archive, `mat`: a MATLAB file
     #[arg(long, value_parser = choice::<Format>(), default_value = "csv")]
     pub format: Format,
-    /// Replace the results of another run in that folder; without it, they stay, and nothing is run
+    /// Replace the results of another run in that folder; without it, they stay: the default folder gives way to one with a number, and a folder of --out is refused
     #[arg(long)]
     pub force: bool,
     /// Print the content of summary.json instead of text
