@@ -8,7 +8,7 @@ use standstill_analysis::paper::{self, TABLE_2};
 use standstill_campaign::store::Row;
 use standstill_campaign::{Campaign, Statistics};
 use standstill_detect::{Method, MethodName, Settings};
-use standstill_quantity::Quantity;
+use standstill_quantity::{Quantity, count};
 use standstill_report::page::{Block, Section};
 use standstill_report::study::ErrorCloud;
 use standstill_scenario::{Document, Record, Scenario, ScenarioFile, Specimen};
@@ -168,7 +168,7 @@ impl Study {
         let run = simulate(&case, &mut detector, false, &mut trace);
         let axis = Record { trial: 0, run }.axis_deg().unwrap_or(angle);
         let place = format!("{setting}, θ = {angle}°");
-        let over_angle = figures::error_over_angle(cloud, format!("{setting}, {} axes", cloud.axes()));
+        let over_angle = figures::error_over_angle(cloud, format!("{setting}, {} axes", count(cloud.axes())));
         let figures = [
             ("error_over_angle", over_angle),
             ("line_pulses", figures::line_pulses(&trace, &detector.entries, place.clone())),
