@@ -1,15 +1,19 @@
 #!/usr/bin/env python3
 """The counts of docs/faults.md and docs/notes/faults-methods.md, measured anew.
 
-    python3 scripts/faults-tables.py PROGRAM          all of it: some ten minutes of two cores
-    python3 scripts/faults-tables.py PROGRAM methods  docs/notes/faults-methods.md alone; or: found
+    python3 scripts/faults-tables.py PROGRAM          all of it: an hour of one core
+    python3 scripts/faults-tables.py PROGRAM methods  docs/notes/faults-methods.md alone; or: found (docs/faults.md and docs/notes/faults-MOTOR.csv)
 
-Writes docs/notes/faults-MOTOR.csv and the rows of the tables in both pages, by the names of their faults. Text beside the tables stays: read it.
+Writes docs/notes/faults-MOTOR.csv and the tables in both pages. Text beside the tables stays: read it.
 """
-import csv, io, os, re, subprocess, sys, tempfile
+import csv, io, os, subprocess, sys, tempfile
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
-MOTORS = ["paper-5k5", "light-vehicle"]
+# Each with the capacitor of a DC link and its source's resistance.
+MOTORS = {"paper-5k5": ("200 uF", "0.2 ohm"), "light-vehicle": ("20 mF", "3 mohm"), "cross-saturation": ("200 uF", "0.2 ohm")}
+THREADS = os.environ.get("THREADS", "1")
+# Modes that need more than the default drive has.
+MORE = ["link-capacitor-aged", "supply-weak", "current-slow", "comparator-stuck", "timer-off"]
 METHODS = [["line-inductance", "line-inductance-fast", "subdivision", "hfi-rotating", "hfi-pulsating", "bipolar", "maximum-likelihood",
             "maximum-likelihood-adaptive"], ["open-terminal", "six-pulse"]]
 OTHERS = ["-s", "sensors.terminals=true", "-s", "sensors.timer=0.32 us"]
@@ -18,15 +22,27 @@ SHORT = {"pole not certain enough": "pole open", "a phase has more resistance th
          "inductance not as on the data sheet": "inductance", "DC link not as on the data sheet": "link"}
 
 
-def study(program, motor, methods, trials, keys=()):
+def study(program, motor, methods, trials, keys=(), drive=""):
     """The rows of `standstill faults`, and the file's text."""
     with tempfile.TemporaryDirectory() as folder:
         with open(f"{folder}/s.toml", "w") as scenario:
-            scenario.write(f'motor = "{motor}"\nerrors = "default"\n')
+            scenario.write(f'motor = "{motor}"\nerrors = "default"\n{drive}')
         named = [word for method in methods for word in ("--method", method)]
-        subprocess.run([program, "faults", "s.toml", *named, *keys, "--trials", str(trials), "--out", "f"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([program, "faults", "s.toml", *named, *keys, "--trials", str(trials), "--threads", THREADS, "--out", "f"],
+                       cwd=folder, check=True, stdout=subprocess.DEVNULL)
         text = open(f"{folder}/f/faults.csv", newline="").read()
     return list(csv.DictReader(io.StringIO(text))), text
+
+
+def studies(program, motor, methods, trials, keys=()):
+    """The rows of all modes: those of the default drive, and those of a drive with capacitor, filters and timer, whose row without a fault is named so."""
+    rows, text = study(program, motor, methods, trials, keys)
+    capacitance, resistance = MOTORS[motor]
+    drive = f'[inverter]\ncapacitance = "{capacitance}"\nsource_resistance = "{resistance}"\n[sensors]\nbandwidth = "200 kHz"\ntimer = "0.32 us"\n'
+    modes = [word for mode in MORE for word in ("--mode", mode)]
+    others, more = study(program, motor, methods, trials, [*keys, *modes], drive)
+    more = more.replace(",as it is,", ",as it is with more parts,")
+    return rows + list(csv.DictReader(io.StringIO(more))), text + more.split("\n", 1)[1]
 
 
 def share(count, trials, digits):
@@ -43,51 +59,58 @@ def cell(row, digits):
 
 
 def name(row):
-    later = {"during": ", during", "50 us": ", 50 µs"}.get(row["begins"], "")
-    return "no fault" if row["failure_mode"] == "as it is" else f"`{row['failure_mode']}`{later}"
+    named = {"as it is": "no fault", "as it is with more parts": "no fault, with capacitor, filters, timer"}
+    return named.get(row["failure_mode"], f"`{row['failure_mode']}`")
 
 
-def replaced(text, head, cells):
-    """The table below a line that begins with `head`, its rows with new cells by the name of the fault."""
-    start = text.index(head)
-    end = text.find("\n\n", text.index("\n|---", start))
-    lines = text[start:end].split("\n")
-    for k, line in enumerate(lines):
-        fault = line.split("|")[1].strip() if line.startswith("| ") else ""
-        if fault in cells:
-            lines[k] = f"| {fault} | " + " | ".join(cells[fault]) + " |"
-    return text[:start] + "\n".join(lines) + text[end:]
+def written(page, head, heads, cells):
+    """Replaces the first table below `head` in a page: a row for each fault, a cell for each of `heads`."""
+    text = open(page).read()
+    start = text.index("| fault |", text.index(head))
+    end = text.find("\n\n", start)
+    lines = ["| fault | " + " | ".join(heads) + " |", "|---" * (1 + len(heads)) + "|"]
+    lines += [f"| {fault} | " + " | ".join(of.get(column, "–") for column in heads) + " |" for fault, of in cells.items()]
+    open(page, "w").write(text[:start] + "\n".join(lines) + (text[end:] if end >= 0 else "\n"))
 
 
 def found(program):
-    cells = {}
+    cells, heads = {}, []
     for motor in MOTORS:
-        rows, text = study(program, motor, ["bipolar", "maximum-likelihood"], 3000)
+        rows, text = studies(program, motor, ["bipolar", "maximum-likelihood"], 3000)
         open(f"{ROOT}/docs/notes/faults-{motor}.csv", "w", newline="").write(text)
         for row in rows:
+            if row["begins"] not in ("", "before"):
+                continue
             reason = SHORT.get(row["detected_by"], row["detected_by"])
             if float(row["undetermined"]) > 0.5 * float(row["detected"]):
                 reason = "pole open"
             said = cell(row, True) + (f" {reason}" if float(row["detected"]) else "")
-            cells.setdefault(name(row), []).append(said)
-        print(f"{motor}: {sum(float(row['wrong_pole']) == 0 for row in rows)} of {len(rows)} rows without a wrong pole", flush=True)
-    page = f"{ROOT}/docs/faults.md"
-    text = open(page).read()
-    open(page, "w").write(replaced(text, "| fault | `paper-5k5`, `bipolar`", cells))
+            column = f"`{motor}`, {row['method']}"
+            heads += [] if column in heads else [column]
+            cells.setdefault(name(row), {})[column] = said
+        for begins in ("before", "during", "50 us"):
+            of = [row for row in rows if row["begins"] == begins]
+            print(f"{motor}, {begins}: {sum(float(row['wrong_pole']) == 0 for row in of)} of {len(of)} rows without a wrong pole", flush=True)
+            for row in of:
+                if float(row["wrong_pole"]) or float(row["right_pole_beyond_limit"]):
+                    print(f"  {row['method']} {row['failure_mode']}: {row['wrong_pole']} wrong, {row['right_pole_beyond_limit']} beyond, worst {row['worst_error_deg']}", flush=True)
+    written(f"{ROOT}/docs/faults.md", "Shares of the starts in per cent", heads, cells)
 
 
 def methods(program):
     page = f"{ROOT}/docs/notes/faults-methods.md"
-    text = open(page).read()
     for motor in MOTORS:
-        tables = [study(program, motor, of, 300, ["--begins", "before", *keys])[0] for of, keys in zip(METHODS, ([], OTHERS))]
-        counts = {(row["method"], name(row)): cell(row, False) for rows in tables for row in rows}
-        faults = {fault for _, fault in counts}
-        cells = {fault: [counts.get((method, fault), "–") for group in METHODS for method in group] for fault in faults}
-        head = text.index(f"## `{motor}`")
-        text = text[:head] + replaced(text[head:], "| fault | line |", cells)
-        print(f"{motor}: {len(faults)} faults", flush=True)
-    open(page, "w").write(text)
+        first = studies(program, motor, METHODS[0], 300, ["--begins", "before"])[0]
+        second = study(program, motor, METHODS[1], 300, ["--begins", "before", *OTHERS])[0]
+        capacitance, resistance = MOTORS[motor]
+        link = [*OTHERS, "-s", f"inverter.capacitance={capacitance}", "-s", f"inverter.source_resistance={resistance}", "-s", "sensors.bandwidth=200 kHz"]
+        modes = [word for mode in MORE[:3] for word in ("--mode", mode)]
+        third = [row for row in study(program, motor, METHODS[1], 300, ["--begins", "before", *link, *modes])[0] if row["failure_mode"] != "as it is"]
+        cells = {}
+        for row in [*first, *second, *third]:
+            cells.setdefault(name(row), {})[row["method"]] = cell(row, False)
+        written(page, f"## `{motor}`", [method for group in METHODS for method in group], cells)
+        print(f"{motor}: {len(cells)} faults", flush=True)
 
 
 def main():

@@ -23,6 +23,9 @@ pub enum Measure {
     P95,
     /// 99th percentile of the magnitude of the axis error in degrees.
     P99,
+    /// 95th percentile of the magnitude of the axis error in degrees at the instant for which the angle holds. Infinite for a start whose
+    /// detector does not state the instant.
+    P95AtInstant,
     /// Probability that the error of the angle exceeds this bound in degrees. A wrong pole counts as an error of the angle.
     Beyond(f64),
     /// Share of starts with a wrong pole.
@@ -54,10 +57,11 @@ pub struct Limits(pub Vec<Limit>);
 
 /// Names of the measures that need no number. The first name of a measure is the one that is written. The names `undetermined` and `failed`
 /// come from earlier versions.
-const NAMES: [(&str, Measure); 10] = [
+const NAMES: [(&str, Measure); 11] = [
     ("rms", Measure::Rms),
     ("p95", Measure::P95),
     ("p99", Measure::P99),
+    ("p95_at_instant", Measure::P95AtInstant),
     ("wrong_poles", Measure::WrongPoles),
     ("unanswered", Measure::Unanswered),
     ("undetermined", Measure::Unanswered),
@@ -102,7 +106,7 @@ impl Measure {
     /// Returns the symbol of the measure's unit. None for measures without a unit, such as shares.
     pub const fn unit(self) -> Option<&'static str> {
         match self {
-            Self::Rms | Self::P95 | Self::P99 | Self::Moved => Some("deg"),
+            Self::Rms | Self::P95 | Self::P99 | Self::P95AtInstant | Self::Moved => Some("deg"),
             Self::Beyond(_) | Self::WrongPoles | Self::Unanswered | Self::Distance => None,
             Self::Duration => Some("s"),
             Self::PeakCurrent => Some("A"),
@@ -119,6 +123,7 @@ impl Measure {
         match self {
             Self::Rms => unless(record.axis_miss_deg().unwrap_or(f64::INFINITY)),
             Self::P95 | Self::P99 => unless(record.axis_miss_deg().map_or(f64::INFINITY, f64::abs)),
+            Self::P95AtInstant => unless(record.axis_miss_at_instant_deg().map_or(f64::INFINITY, f64::abs)),
             Self::Beyond(bound) => flag(record.miss_deg().is_none_or(|error| error.abs() > bound)),
             Self::WrongPoles => flag(record.pole_correct() == Some(false)),
             Self::Unanswered => flag(false),
@@ -154,7 +159,7 @@ impl Measure {
                 let seen = rms::Seen::of(&values);
                 trials.iter().map(|trials| seen.rms(*trials)).collect()
             }
-            Self::P95 => quantiles(0.95),
+            Self::P95 | Self::P95AtInstant => quantiles(0.95),
             Self::P99 | Self::Moved | Self::Duration | Self::PeakCurrent => quantiles(0.99),
             Self::Distance => {
                 let value = values.iter().sum::<f64>() / values.len() as f64;

@@ -8,7 +8,7 @@ use standstill_quantity::si_value;
 use standstill_scenario::Point;
 use standstill_table::{Cell, Column, Kind};
 
-/// Name of the last column of a trial. If the method answers with a sector, the column has half the sector's width in degrees. Otherwise
+/// Name of the last column that a table of trials must have. If the method answers with a sector, the column has half the sector's width in degrees. Otherwise
 /// the column does not exist.
 pub const HALF_SECTOR: &str = "half_sector_deg";
 
@@ -33,19 +33,33 @@ const TRIAL: [(&str, Kind, Value); 14] = [
     (HALF_SECTOR, Kind::Number, |row| row.half_sector_deg.into()),
 ];
 
+/// Name of the column after the needed ones, which tables of earlier versions do not have.
+pub const AGE: &str = "age_s";
+
+/// Columns of a trial that a table need not have: the age of the angle, and the error at the instant for which the angle holds.
+const INSTANT: [(&str, Kind, Value); 2] = [
+    (AGE, Kind::Number, |row| row.age_s.into()),
+    ("error_at_instant_deg", Kind::Number, |row| row.error_at_instant_deg.into()),
+];
+
 /// Returns the number of columns of a trial. `in_sectors` is true if the method answers with sectors.
 fn count(in_sectors: bool) -> usize {
     TRIAL.len() - usize::from(!in_sectors)
 }
 
+/// Returns the columns that a table of trials must have. `in_sectors` is true if the method answers with sectors.
+pub fn needed_columns(in_sectors: bool) -> impl Iterator<Item = Column> {
+    TRIAL.iter().take(count(in_sectors)).map(|(name, kind, _)| Column::new(*name, *kind))
+}
+
 /// Returns the columns of a trial in files of trials. `in_sectors` is true if the method answers with sectors.
 pub fn trial_columns(in_sectors: bool) -> impl Iterator<Item = Column> {
-    TRIAL.iter().take(count(in_sectors)).map(|(name, kind, _)| Column::new(*name, *kind))
+    needed_columns(in_sectors).chain(INSTANT.iter().map(|(name, kind, _)| Column::new(*name, *kind)))
 }
 
 /// Returns the values of a trial in the order of [`trial_columns`].
 pub fn trial_values(row: &Row, in_sectors: bool) -> impl Iterator<Item = Cell<'_>> {
-    TRIAL.iter().take(count(in_sectors)).map(|(.., value)| value(row))
+    TRIAL.iter().take(count(in_sectors)).chain(&INSTANT).map(|(.., value)| value(row))
 }
 
 /// The column of a sweep axis.

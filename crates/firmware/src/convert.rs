@@ -54,6 +54,7 @@ pub fn outcome(of: &Outcome<f32>) -> (i32, Answer) {
     let mut answer = Answer {
         angle_deviation: findings.angle_deviation.unwrap_or(Answer::UNSET),
         pole_evidence: findings.pole_evidence.map_or(Answer::UNSET, |evidence| evidence.deviations),
+        age: findings.age.unwrap_or(Answer::UNSET),
         pole_needed: findings.pole_evidence.map_or(Answer::UNSET, |evidence| evidence.needed),
         ..Answer::NONE
     };

@@ -177,6 +177,7 @@ typedef struct sts_result {
     float pole_evidence;   /* for the north pole at `angle`, in standard deviations; negative: for the other end */
     float pole_needed;     /* what the detector asks for before it names a pole, 0 or more; goes with pole_evidence */
     uint32_t reason;       /* of STS_AXIS and STS_FAILED: given to reason() */
+    float age;             /* s from the instant for which the angle holds to the end of the last command, 0 or more; only if `size` has it */
 } sts_result;
 
 typedef struct sts_detector {
@@ -231,7 +232,7 @@ STS_HOLDS(readings, sizeof(sts_readings) == 16 + sizeof(void *) && offsetof(sts_
 STS_HOLDS(legs, sizeof(sts_legs) == 40 && offsetof(sts_legs, duty) == 8);
 STS_HOLDS(stage, sizeof(sts_stage) == 40 && offsetof(sts_stage, duration_ns) == 32);
 STS_HOLDS(command, sizeof(sts_command) == 112 && offsetof(sts_command, first_ns) == 96);
-STS_HOLDS(result, sizeof(sts_result) == 24 && offsetof(sts_result, reason) == 20);
+STS_HOLDS(result, sizeof(sts_result) == 28 && offsetof(sts_result, age) == 24);
 STS_HOLDS(drive, offsetof(sts_drive, period_ns) == 56 && offsetof(sts_drive, log_to) == 112);
 
 #ifdef __cplusplus

@@ -329,8 +329,13 @@ impl Foreign {
         if let Some(deviation) = deviation.filter(|deviation| !(0.0..f64::INFINITY).contains(deviation)) {
             return Err(broken(&format!("angle_deviation is {deviation}, not 0 or more")));
         }
+        let age = given("age", answer.age)?;
+        if let Some(age) = age.filter(|age| !(0.0..f64::INFINITY).contains(age)) {
+            return Err(broken(&format!("age is {age} s, not 0 or more")));
+        }
         let findings = Findings {
             angle_deviation: deviation,
+            age,
             pole_evidence: evidence(
                 given("pole_evidence", answer.pole_evidence)?,
                 given("pole_needed", answer.pole_needed)?,

@@ -196,9 +196,13 @@ pub struct Answer {
     pub pole_evidence: f32,
     pub pole_needed: f32,
     pub reason: u32,
+    pub age: f32,
 }
 
 impl Answer {
+    /// Size of `sts_result` in the first header of this version.
+    pub const LEAST: usize = core::mem::offset_of!(Self, age);
+
     /// Value of a field that nobody wrote to: a quiet NaN with a payload that no computation produces.
     pub const UNSET: f32 = f32::from_bits(0x7FC5_7500);
 
@@ -210,6 +214,7 @@ impl Answer {
         pole_evidence: Self::UNSET,
         pole_needed: Self::UNSET,
         reason: 0,
+        age: Self::UNSET,
     };
 }
 

@@ -39,12 +39,37 @@ pub struct DcLink {
     pub sag: Option<Sag>,
     /// Capacitor and source resistance; without them the link has the source's voltage whatever flows.
     pub storage: Option<Storage>,
+    /// Largest current in A that the source delivers into the capacitor; none: no limit. What it takes back has no limit.
+    pub most_current: Option<f64>,
 }
 
 impl DcLink {
     /// Makes a stiff link without ripple.
     pub const fn stiff(voltage: f64) -> Self {
-        Self { voltage, ripple: 0.0, ripple_frequency: 300.0, ripple_phase: 0.0, sag: None, storage: None }
+        Self {
+            voltage,
+            ripple: 0.0,
+            ripple_frequency: 300.0,
+            ripple_phase: 0.0,
+            sag: None,
+            storage: None,
+            most_current: None,
+        }
+    }
+
+    /// Returns the current in A that the source delivers into the capacitor, whose voltage is by `lack` in V lower than the source's. Zero
+    /// without a capacitor.
+    ///
+    /// ```
+    /// use standstill_inverter::{DcLink, Storage};
+    ///
+    /// let storage = Some(Storage { capacitance: 500e-6, source_resistance: 0.2 });
+    /// let link = DcLink { storage, most_current: Some(10.0), ..DcLink::stiff(550.0) };
+    /// assert_eq!([1.0, 2.0, 50.0, -50.0].map(|lack| link.delivered(lack)), [5.0, 10.0, 10.0, -250.0]);
+    /// ```
+    pub fn delivered(&self, lack: f64) -> f64 {
+        let delivered = self.storage.map_or(0.0, |storage| lack / storage.source_resistance);
+        self.most_current.map_or(delivered, |most| delivered.min(most))
     }
 
     /// Returns the source's voltage in V at time t in s.

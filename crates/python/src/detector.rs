@@ -170,8 +170,10 @@ impl Class {
             let reason: String = answer.getattr(pyo3::intern!(py, "reason"))?.extract()?;
             Ok::<_, PyErr>(Own { code: 0, text: kept(&reason) })
         };
-        let findings =
-            |answer| Ok::<_, PyErr>(Findings { pole_evidence: evidence(answer)?, ..Findings::default() });
+        let findings = |answer| {
+            let (pole_evidence, age) = (evidence(answer)?, age(answer)?);
+            Ok::<_, PyErr>(Findings { pole_evidence, age, ..Findings::default() })
+        };
         let outcome = if is(&self.classes.found) {
             Outcome::Found { angle: angle(&answer)?, findings: findings(&answer)? }
         } else if is(&self.classes.axis) {
@@ -189,6 +191,17 @@ impl Class {
             )));
         };
         Ok(Step::Done(outcome))
+    }
+}
+
+/// Returns the time in s from the instant for which the angle holds to the end of the detection, if it is known.
+fn age(answer: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    let age: Option<f64> = answer.getattr(pyo3::intern!(answer.py(), "age"))?.extract()?;
+    match age {
+        Some(age) if !(0.0..f64::INFINITY).contains(&age) => {
+            Err(PyValueError::new_err(format!("an age of {age} s: needed a time of zero or more")))
+        }
+        age => Ok(age),
     }
 }
 

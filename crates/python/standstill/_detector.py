@@ -64,19 +64,22 @@ class Found:
     angle: float
     evidence: float | None = None
     needed: float | None = None
+    #: Time in s from the instant for which the angle holds to the end of the detection, if it is known. The table has the error at both.
+    age: float | None = None
 
 
 @dataclass(frozen=True)
 class Axis:
     """The rotor's axis in electrical degrees; which of its ends is north is not known, and why.
 
-    ``evidence`` and ``needed`` as of :class:`Found`; negative evidence speaks for the other end.
+    ``evidence``, ``needed`` and ``age`` as of :class:`Found`; negative evidence speaks for the other end.
     """
 
     angle: float
     reason: str = "undetermined"
     evidence: float | None = None
     needed: float | None = None
+    age: float | None = None
 
 
 @dataclass(frozen=True)

@@ -124,7 +124,7 @@ FaultPlace: TypeAlias = Literal["a", "b", "c", "any"]
 Between: TypeAlias = Union[Union[str, float], Sequence[Union[str, float]]]
 
 #: A failure mode: the part that is broken, and how.
-FaultMode: TypeAlias = Literal["phase-open", "contact-resistance", "turns-shorted", "terminals-swapped", "terminals-turned", "magnet-weak", "sheet-signature", "sheet-inductance", "sheet-resistance", "upper-switch-open", "lower-switch-open", "leg-off", "dead-time-long", "link-capacitor-aged", "supply-weak", "current-dead", "current-frozen", "current-stuck", "current-bit", "current-gain", "current-offset", "current-sign", "currents-swapped", "current-slow", "reference-drift", "sample-late", "link-gain", "link-stuck", "comparator-stuck", "timer-off", "command-late", "duty-limited", "sample-lost"]
+FaultMode: TypeAlias = Literal["phase-open", "contact-resistance", "turns-shorted", "terminals-swapped", "terminals-turned", "magnet-weak", "sheet-signature", "sheet-inductance", "sheet-resistance", "upper-switch-open", "lower-switch-open", "leg-off", "dead-time-long", "link-capacitor-aged", "supply-weak", "supply-limited", "current-dead", "current-frozen", "current-stuck", "current-bit", "current-gain", "current-offset", "current-sign", "currents-swapped", "current-slow", "reference-drift", "sample-late", "link-gain", "link-stuck", "comparator-stuck", "timer-off", "command-late", "duty-limited", "sample-lost"]
 
 class FaultTable(TypedDict, total=False):
     "A fault of motor, inverter, sensors or software."

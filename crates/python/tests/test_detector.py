@@ -179,6 +179,19 @@ def test_law_what_speaks_for_a_pole_stands_in_the_trace():
     assert evidence(st.Found(71.0)) == (None, None)
 
 
+def test_analytic_a_stated_age_refers_the_error_to_its_instant():
+    text = "trials = 4\nrotor = { state = \"driven\", speed = \"10 rpm\", angle = 70 }"
+
+    def results(end):
+        return st.run(text, detector=lambda: Watches(st.Drive([st.Stage(OFF, 10e-3)]), [], end))
+
+    # 10 rpm with four pole pairs: 240° a second.
+    told, silent = results(st.Found(71.0, age=4e-3)), results(st.Found(71.0))
+    assert told["error_deg"] == pytest.approx([1.0 - 2.4] * 4) and told["age_s"] == pytest.approx([4e-3] * 4)
+    assert told["error_at_instant_deg"] == pytest.approx([1.0 - 2.4 + 0.96] * 4)
+    assert silent["age_s"].mask.all() and silent["error_at_instant_deg"].mask.all()
+
+
 @pytest.mark.parametrize(
     ("answer", "raised", "text"),
     [
@@ -189,6 +202,7 @@ def test_law_what_speaks_for_a_pole_stands_in_the_trace():
         (lambda: st.Found(1.0, evidence=math.nan, needed=4.0), ValueError, "evidence of NaN"),
         (lambda: st.Found(1.0, evidence=4.0, needed=-1.0), ValueError, "with needed of -1"),
         (lambda: st.Found(1.0, evidence="much", needed=1.0), TypeError, "str"),
+        (lambda: st.Found(1.0, age=-1e-3), ValueError, "an age of -0.001 s: needed a time of zero or more"),
         (lambda: st.Drive([]), ValueError, "a command without a stage"),
         (lambda: st.Drive([st.Stage(OFF, 1e-3)] * 3), ValueError, "a command of 3 stages"),
         (lambda: st.Drive([st.Stage(("on", "off", "off"), 1e-3)]), ValueError, "a leg of 'on': needed"),

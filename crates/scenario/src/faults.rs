@@ -327,9 +327,13 @@ impl FaultMode {
             Self::DeadTimeLong if scenario.drive.dead_time == Nanos::ZERO => {
                 Some("`inverter.dead_time` above 0")
             }
-            Self::LinkCapacitorAged | Self::SupplyWeak if scenario.drive.link.storage.is_none() => Some(
-                "`inverter.capacitance` beside it: the link of this drive has the source's voltage at any current",
-            ),
+            Self::LinkCapacitorAged | Self::SupplyWeak | Self::SupplyLimited
+                if scenario.drive.link.storage.is_none() =>
+            {
+                Some(
+                    "`inverter.capacitance` beside it: the link of this drive has the source's voltage at any current",
+                )
+            }
             Self::CurrentsSwapped if !matches!(arrangement, ThreeInLine | LowSideShunts) => {
                 Some("a drive with three current sensors")
             }

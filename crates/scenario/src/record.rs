@@ -104,6 +104,44 @@ impl Record {
         Some(found.difference(Angle::from_radians(self.run.end_angle)).to_degrees())
     }
 
+    /// Returns the time in s from the instant for which the found angle or axis holds to the end of the detection. Returns none if the
+    /// detector found no axis or does not state the instant.
+    pub fn age_s(&self) -> Option<f64> {
+        self.run.instant_angle.and(self.findings().age)
+    }
+
+    /// Returns the found angle minus the true angle at the instant for which it holds, in (−180, 180]°. For a motor without a magnet, returns
+    /// the error of the axis, in (−90, 90]°. It differs from [`Self::error_deg`] by the angle by which the rotor turned in
+    /// [`Self::age_s`]. Returns none if the detector found no angle or does not state the instant.
+    ///
+    /// ```
+    /// # use standstill_detect::MethodName;
+    /// # use standstill_plant::built_in;
+    /// # use standstill_scenario::{ErrorSet, Scenario};
+    /// # use standstill_sim::RotorState;
+    /// let motor = built_in("paper-5k5").expect("built in");
+    /// let mut of = Scenario::of_method(MethodName::Bipolar, motor, ErrorSet::None, RotorState::Driven, 1);
+    /// of.start_speed = 5.0; // rpm: 0.57° in 4.7 ms with four pole pairs
+    /// let record = of.trial(0).expect("settings");
+    /// let [end, instant] = [record.error_deg(), record.error_at_instant_deg()].map(|error| error.expect("found").abs());
+    /// assert!(end > 0.5 && instant < 0.1, "{end}°, {instant}°");
+    /// ```
+    pub fn error_at_instant_deg(&self) -> Option<f64> {
+        let (error, turned) = (self.error_deg()?, self.turned_since_deg()?);
+        Some(if self.run.has_pole { wrapped(error + turned, 360.0) } else { wrapped(error + turned, 180.0) })
+    }
+
+    /// Returns the error of the axis at the instant for which it holds, in (−90, 90]°. Returns none if the detector found no axis or does not
+    /// state the instant.
+    pub fn axis_error_at_instant_deg(&self) -> Option<f64> {
+        Some(wrapped(self.axis_error_deg()? + self.turned_since_deg()?, 180.0))
+    }
+
+    /// Returns the angle in degrees by which the rotor turned from the instant for which the found angle holds to the end.
+    fn turned_since_deg(&self) -> Option<f64> {
+        Some((self.run.end_angle - self.run.instant_angle?).to_degrees())
+    }
+
     /// Returns the angle of the axis that the detector found, in [0, 180)°. The detector may have found the axis without the pole. Returns
     /// none if it found no axis.
     pub fn axis_deg(&self) -> Option<f64> {
@@ -117,8 +155,7 @@ impl Record {
 
     /// Returns the error of the axis, in (−90, 90]°. A wrong pole does not change this error. Returns none if the detector found no axis.
     pub fn axis_error_deg(&self) -> Option<f64> {
-        let error = (self.axis_deg()? - self.true_angle_deg()).rem_euclid(180.0);
-        Some(if error > 90.0 { error - 180.0 } else { error })
+        Some(wrapped(self.axis_deg()? - self.true_angle_deg(), 180.0))
     }
 
     /// Returns half the width in degrees of the sector that the detector found. The found angle is the middle of this sector. Returns none
@@ -132,6 +169,12 @@ impl Record {
     /// the width of the sector. Returns none if the detector found no axis.
     pub fn axis_miss_deg(&self) -> Option<f64> {
         self.axis_error_deg().map(|error| miss_deg(error, self.half_sector_deg()))
+    }
+
+    /// Returns the error of the axis at the instant for which it holds, in degrees with sign. If the detector found a sector, returns only the
+    /// part of the error beyond half the width of the sector. Returns none if the detector found no axis or does not state the instant.
+    pub fn axis_miss_at_instant_deg(&self) -> Option<f64> {
+        self.axis_error_at_instant_deg().map(|error| miss_deg(error, self.half_sector_deg()))
     }
 
     /// Returns the error of the angle, in degrees with sign. If the detector found a sector, returns only the part of the error beyond half
@@ -188,6 +231,12 @@ impl Record {
     pub fn rotor_moved_deg(&self) -> f64 {
         self.run.moved.to_degrees()
     }
+}
+
+/// Returns an angle less whole periods, in the half-open interval from minus half a period (excluded) to half a period.
+fn wrapped(angle: f64, period: f64) -> f64 {
+    let angle = angle.rem_euclid(period);
+    if angle > period / 2.0 { angle - period } else { angle }
 }
 
 /// Returns the part of `error` beyond half the width of the found sector. `half_sector` is half this width. Both are in degrees. If the

@@ -81,6 +81,7 @@ impl Plan {
             duration: Nanos::ZERO,
             start_angle: case.start_angle,
             end_angle: case.start_angle,
+            instant_angle: None,
             has_pole: case.motor.has_magnet(),
             resolver_angle: case.start_angle + case.sensors.resolver_error,
             moved: 0.0,
@@ -123,13 +124,14 @@ fn broken(which: usize, Place { time, modes, current }: Place) -> End {
     End::Broken(which, time.0, modes, current)
 }
 
-/// Bit patterns (`f64::to_bits`) of four results of a library's detector: the angle and its standard deviation in rad, the evidence for the
-/// pole and the evidence needed, both in standard deviations. A missing result is none.
-type Measured = [Option<u64>; 4];
+/// Bit patterns (`f64::to_bits`) of five results of a library's detector: the angle and its standard deviation in rad, the evidence for the
+/// pole and the evidence needed, both in standard deviations, and the age of the angle in s. A missing result is none.
+type Measured = [Option<u64>; 5];
 
 /// Content of a line: number of the trial, duration in ns, true if the motor has a magnet, bits of five numbers of the run (angle at its
-/// start, at its end and as the resolver shows it, movement, largest current), four counts of work, and the end.
-type Line = (u64, u64, bool, [u64; 5], [u64; 4], End);
+/// start, at its end and as the resolver shows it, movement, largest current), bits of the angle at the instant for which the found angle
+/// holds, four counts of work, and the end.
+type Line = (u64, u64, bool, [u64; 5], Option<u64>, [u64; 4], End);
 
 impl Record {
     /// Returns the record of a trial with a library's detector as a line of JSON. Floating-point numbers are written as their bits.
@@ -161,13 +163,14 @@ impl Record {
                 End::Error(ERRORS.iter().position(|known| *known == error).unwrap_or(ERRORS.len()))
             }
         };
-        let line: Line = (*trial, run.duration.0, run.has_pole, bits.map(f64::to_bits), work, end);
+        let instant = run.instant_angle.map(f64::to_bits);
+        let line: Line = (*trial, run.duration.0, run.has_pole, bits.map(f64::to_bits), instant, work, end);
         serde_json::json!(line).to_string()
     }
 
     /// Reads a record from a line that [`Self::to_line`] wrote. Returns none if the line is invalid.
     pub fn from_line(line: &str) -> Option<Self> {
-        let (trial, duration, has_pole, bits, work, end): Line = serde_json::from_str(line).ok()?;
+        let (trial, duration, has_pole, bits, instant, work, end): Line = serde_json::from_str(line).ok()?;
         let [start_angle, end_angle, resolver_angle, moved, peak_current] = bits.map(f64::from_bits);
         let [derivatives, steps, segments, events] = work;
         let own = |code, text: String| Own { code, text: kept(&text) };
@@ -195,6 +198,7 @@ impl Record {
             duration: Nanos(duration),
             start_angle,
             end_angle,
+            instant_angle: instant.map(f64::from_bits),
             has_pole,
             resolver_angle,
             moved,
@@ -209,7 +213,8 @@ impl Record {
 fn measured(angle: Option<Angle<f64>>, findings: &Findings<f64>) -> Measured {
     let evidence = findings.pole_evidence;
     let [deviations, needed] = [evidence.map(|of| of.deviations), evidence.map(|of| of.needed)];
-    [angle.map(Angle::radians), findings.angle_deviation, deviations, needed].map(|x| x.map(f64::to_bits))
+    let known = [angle.map(Angle::radians), findings.angle_deviation, deviations, needed, findings.age];
+    known.map(|x| x.map(f64::to_bits))
 }
 
 fn angle([angle, ..]: Measured) -> Option<Angle<f64>> {
@@ -217,10 +222,10 @@ fn angle([angle, ..]: Measured) -> Option<Angle<f64>> {
 }
 
 fn findings(of: Measured) -> Findings<f64> {
-    let [_, angle_deviation, deviations, needed] = of.map(|bits| bits.map(f64::from_bits));
+    let [_, angle_deviation, deviations, needed, age] = of.map(|bits| bits.map(f64::from_bits));
     let pole_evidence =
         deviations.zip(needed).map(|(deviations, needed)| PoleEvidence { deviations, needed });
-    Findings { angle_deviation, pole_evidence, ..Findings::default() }
+    Findings { angle_deviation, pole_evidence, age, ..Findings::default() }
 }
 
 #[cfg(test)]
@@ -230,8 +235,12 @@ mod tests {
     #[test]
     fn law_a_record_survives_as_a_line() {
         let evidence = PoleEvidence { deviations: -2.5, needed: f64::INFINITY };
-        let findings =
-            Findings { angle_deviation: Some(0.01), pole_evidence: Some(evidence), ..Findings::default() };
+        let findings = Findings {
+            angle_deviation: Some(0.01),
+            pole_evidence: Some(evidence),
+            age: Some(0.003),
+            ..Findings::default()
+        };
         let own = Own { code: 7, text: "the hall sensors disagree, 3 of 4" };
         let angle = Angle::from_radians(1.0 / 3.0);
         let modes = [Conduction::Blocked, Conduction::UpperSwitch, Conduction::LowerReverse];
@@ -258,6 +267,7 @@ mod tests {
                 duration: Nanos(123_456),
                 start_angle: 0.1,
                 end_angle: 0.2,
+                instant_angle: Some(0.3),
                 has_pole: true,
                 resolver_angle: 1.0 / 7.0,
                 moved: -0.0,

@@ -7,6 +7,7 @@ use standstill_inverter::{Inverter, Modes};
 use standstill_plant::Motor;
 use thiserror::Error;
 
+use crate::control::Past;
 use crate::{Faults, Ledger, SensorSettings, Sensors, Streams};
 
 /// Mechanical state of the rotor: locked, free, braked with play, or driven.
@@ -313,6 +314,10 @@ pub struct RunOf<E> {
     pub start_angle: f64,
     /// Electrical angle of the rotor in rad at the end: the right answer of the detector.
     pub end_angle: f64,
+    /// Electrical angle of the rotor in rad at the instant for which the found angle holds: the end of the run less the age in the findings.
+    /// Its error is less than what the rotor's acceleration changes within a command. None if no angle was found, or if the detector does
+    /// not state its age.
+    pub instant_angle: Option<f64>,
     /// Whether the rotor has a magnet, and with it a north pole to be found.
     pub has_pole: bool,
     /// The resolver's reading at the end, in rad.
@@ -332,18 +337,31 @@ pub type Run<T> = RunOf<Ended<T>>;
 
 /// A finished run without its detector's outcome: `ended` is the error that stopped the run, none if the detector was
 /// done.
-pub(crate) type Finished = RunOf<Option<RunError>>;
+pub(crate) struct Finished {
+    pub run: RunOf<Option<RunError>>,
+    /// Past angles of the rotor.
+    pub past: Past,
+}
 
 impl Finished {
     /// Returns the run's result with the ending `ended`.
-    pub(crate) fn run<T>(self, ended: Ended<T>) -> Run<T> {
-        let Self { duration, start_angle, end_angle, has_pole, resolver_angle, moved, .. } = self;
-        let Self { peak_current, ledger, work, .. } = self;
+    pub(crate) fn run<T: Real>(&self, ended: Ended<T>) -> Run<T> {
+        let RunOf { duration, start_angle, end_angle, has_pole, resolver_angle, moved, .. } = self.run;
+        let RunOf { peak_current, ledger, work, .. } = self.run;
+        let age = match ended {
+            Ended::Outcome(Outcome::Found { findings, .. } | Outcome::Axis { findings, .. }) => findings.age,
+            _ => None,
+        };
+        let instant_angle = age.map(|age| {
+            let turned = self.past.turned(duration.seconds() - age.to_double());
+            turned.map_or(end_angle, |turned| start_angle + turned)
+        });
         Run {
             ended,
             duration,
             start_angle,
             end_angle,
+            instant_angle,
             has_pole,
             resolver_angle,
             moved,

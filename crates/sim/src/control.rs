@@ -10,6 +10,7 @@ mod faults;
 mod gates;
 mod ledger;
 mod motion;
+mod past;
 mod place;
 mod requests;
 mod run;
@@ -18,6 +19,7 @@ mod terminals;
 mod watch;
 
 pub use motion::can_move;
+pub use past::Past;
 pub use run::{Control, Want};
 pub use samples::Room;
 pub use terminals::{Joined, Settled};

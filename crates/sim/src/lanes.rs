@@ -38,7 +38,7 @@ trait Host<'a> {
     fn step(&mut self, lane: usize, readings: &[Reading<f64>]) -> Option<Command<f64>>;
 
     /// Receives the finished run of this lane, which ended because its detector was done or by an error.
-    fn over(&mut self, lane: usize, finished: Finished);
+    fn over(&mut self, lane: usize, finished: &Finished);
 }
 
 /// A detector as a closure. It takes the readings of the last command and returns the next command, or `None` if the detector is done.
@@ -56,7 +56,10 @@ fn advance<'a, V: Wide>(
             Want::Step => return None,
             Want::Over(error) => return Some(control.finish(bank, Some(error))),
             Want::Command => match detector(control.read::<V>()) {
-                Some(command) => want = control.command(bank, &command),
+                Some(command) => {
+                    control.note(bank);
+                    want = control.command(bank, &command);
+                }
                 None => return Some(control.finish(bank, None)),
             },
         }
@@ -125,7 +128,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
                 Some(alone(&case, &mut |readings| host.step(lane, readings), false, &mut NoProbe, false))
             };
             match finished {
-                Some(finished) => host.over(lane, finished),
+                Some(finished) => host.over(lane, &finished),
                 None => return,
             }
         }
@@ -166,7 +169,8 @@ impl<'a, V: Wide> SideBySide<'a, V> {
             {
                 self.bank.schedule.live &= !(1 << lane);
                 over |= 1 << lane;
-                host.over(lane, finished);
+                host.over(lane, &finished);
+                control.take_back(finished.past);
             }
         }
         // Runs that arrived at an instant have already set the legs' next requests.
@@ -226,7 +230,7 @@ fn by<T: Real, D: Detector<T> + ?Sized>(
 ) -> Run<T> {
     let mut adapter = Adapter::new();
     let finished = alone(case, &mut |readings| adapter.step(detector, readings), ledger, probe, refereed);
-    adapter.run(finished, Some(detector))
+    adapter.run(&finished, Some(detector))
 }
 
 /// Carries out one run alone, in a bank of one lane.
@@ -239,6 +243,7 @@ fn alone<'a>(
 ) -> Finished {
     let mut driven = Driven::watched(case, Some(probe), ledger, refereed);
     while let Some(command) = detector(driven.readings()) {
+        driven.note();
         if let Err(error) = driven.carry_out(&command) {
             return driven.finish(Some(error));
         }
@@ -291,7 +296,7 @@ impl OnWidest for Work<'_, '_> {
         let mut side_by_side = SideBySide::new(bank);
         let control = Control::new(first, &mut side_by_side.bank, 0, None, false, Room::default());
         if let Some(finished) = side_by_side.begin(0, control, &mut |readings| host.step(0, readings)) {
-            host.over(0, finished);
+            host.over(0, &finished);
             side_by_side.fill(0, host);
         }
         for lane in 1..V::LANES {

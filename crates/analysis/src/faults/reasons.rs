@@ -46,9 +46,11 @@ pub const fn reasons_that_name(mode: FaultMode) -> &'static [&'static str] {
         | FaultMode::CurrentSign
         | FaultMode::CurrentsSwapped
         | FaultMode::CurrentSlow => SENSORS,
-        FaultMode::LinkGain | FaultMode::LinkStuck | FaultMode::LinkCapacitorAged | FaultMode::SupplyWeak => {
-            LINK
-        }
+        FaultMode::LinkGain
+        | FaultMode::LinkStuck
+        | FaultMode::LinkCapacitorAged
+        | FaultMode::SupplyWeak
+        | FaultMode::SupplyLimited => LINK,
         FaultMode::TerminalsSwapped
         | FaultMode::TerminalsTurned
         | FaultMode::MagnetWeak

@@ -11,7 +11,7 @@ use crate::event::bound;
 
 /// Names of all measures, for messages.
 const MEASURES: &str =
-    "rms, p95, p99, P(|e| > 2 deg), wrong_poles, unanswered, moved, duration or peak_current";
+    "rms, p95, p99, p95_at_instant, P(|e| > 2 deg), wrong_poles, unanswered, moved, duration or peak_current";
 
 /// Error of a text that is not a list of limits.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -61,7 +61,9 @@ impl Measure {
     fn bound(self, text: &str) -> Result<f64, (String, &'static str)> {
         let least = f64::MIN_POSITIVE;
         let (found, needed) = match self {
-            Self::Rms | Self::P95 | Self::P99 | Self::Moved => (bound::<Degree>(text, least..), ANGLES),
+            Self::Rms | Self::P95 | Self::P99 | Self::P95AtInstant | Self::Moved => {
+                (bound::<Degree>(text, least..), ANGLES)
+            }
             Self::Beyond(_) | Self::WrongPoles | Self::Unanswered => {
                 (bound::<Share>(text, least..=1.0), SHARES)
             }

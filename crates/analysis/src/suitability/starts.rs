@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 
-use standstill_campaign::{Campaign, CampaignError, Statistics, Summary};
+use standstill_campaign::{Campaign, CampaignError, Statistics, Summary, quantile_ranks};
 use standstill_detect::{Method, PolarityRule};
 use standstill_numeric::whole;
 use standstill_scenario::{Record, Rotor, Scenario, Verdict};
@@ -25,6 +25,8 @@ pub(super) struct Starts {
     /// Two signed errors in degrees of each start with an axis: that of the angle, which a start without a pole does not have, and that of
     /// the axis. If the method finds only a sector of angles, the error is measured from the border of the sector.
     misses: Vec<(Option<f64>, f64)>,
+    /// Magnitudes in degrees of the axis errors at the instants for which the angles hold, of the starts that state them.
+    at_instant: Vec<f64>,
     /// Time of the longest detection in s.
     pub longest_s: f64,
     /// Pole evidence of each start with an axis, in units of the evidence that a decision needs, in ascending order. It is positive for the
@@ -91,7 +93,7 @@ impl Starts {
     ) -> Result<Self, Stopped> {
         let (mut statistics, before) = (Statistics::default(), allowance.done());
         let (mut failures, mut evidence, mut longest_s) = (BTreeMap::new(), Vec::new(), 0.0_f64);
-        let (mut turning, mut misses) = (0, Vec::new());
+        let (mut turning, mut misses, mut at_instant) = (0, Vec::new(), Vec::new());
         let campaign = Campaign { scenario, trials, threads: None };
         campaign.run(&AtomicBool::new(false), |record| {
             statistics.add(record);
@@ -102,6 +104,7 @@ impl Starts {
             }
             evidence.extend(towards_north(record));
             turning += u64::from(record.rotor_turns());
+            at_instant.extend(record.axis_miss_at_instant_deg().map(f64::abs));
             misses.extend(record.axis_miss_deg().map(|axis| (record.miss_deg(), axis)));
             if allowance.spend(of_start(&record.run.work, &scenario.drive.bridge)) {
                 Ok(())
@@ -118,6 +121,7 @@ impl Starts {
             failures,
             turning,
             misses,
+            at_instant,
             longest_s,
             evidence,
             spread,
@@ -141,6 +145,17 @@ impl Starts {
         let misses =
             self.misses.iter().filter_map(|(angle, axis)| if has_pole { *angle } else { Some(*axis) });
         misses.filter(|miss| miss.abs() > most_deg).count() as u64
+    }
+
+    /// Returns the 95th percentile in degrees of the axis errors at the instants for which the angles hold. None if no start states one.
+    pub fn p95_at_instant_deg(&self) -> Option<f64> {
+        if self.at_instant.is_empty() {
+            return None;
+        }
+        let mut errors = self.at_instant.clone();
+        errors.sort_by(f64::total_cmp);
+        let [rank, ..] = quantile_ranks(0.95, errors.len() as u64);
+        errors.get(usize::try_from(rank?).ok()?).copied()
     }
 
     /// Lists the reasons why starts ended without an angle, with the number of starts for each reason, the most frequent first.

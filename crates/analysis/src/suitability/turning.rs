@@ -21,6 +21,9 @@ pub struct TurningSpeeds {
     /// Speed up to which 95 of 100 axis errors are within the demand, in both directions of rotation and with the check for a turning rotor
     /// switched off. None if they are within the demand at all tried speeds.
     pub within_rpm: Option<f64>,
+    /// Largest 95th percentile in degrees of the axis errors at the instants for which the angles hold, at the tried speeds up to
+    /// `within_rpm`. None if the method does not state the instants, or if no start has an axis.
+    pub at_instant_deg: Option<f64>,
     /// True if no start has an axis at the next tried speed above `within_rpm`. Then no error exceeds the demand at that speed either.
     pub is_silent: bool,
     /// Range of speeds in which wrong answers go unnoticed. With the method's own checks and in at least one direction of rotation, more
@@ -113,13 +116,19 @@ impl Bench<'_> {
             }
             None => None,
         };
-        let within =
-            unchecked.seen.iter().filter(|(rpm, _)| within_rpm.is_none_or(|within| rpm.abs() <= within));
-        let answered = within.map(|(_, starts)| starts.share(starts.summary.axes)).fold(1.0, f64::min);
+        let within: Vec<&Starts> = unchecked
+            .seen
+            .iter()
+            .filter(|(rpm, _)| within_rpm.is_none_or(|within| rpm.abs() <= within))
+            .map(|(_, starts)| starts)
+            .collect();
+        let at_instant_deg = within.iter().filter_map(|starts| starts.p95_at_instant_deg()).reduce(f64::max);
+        let answered = within.iter().map(|starts| starts.share(starts.summary.axes)).fold(1.0, f64::min);
         Ok(TurningSpeeds {
             is_checked,
             notices_rpm,
             within_rpm,
+            at_instant_deg,
             is_silent,
             unnoticed_rpm,
             answered,

@@ -127,6 +127,8 @@ fn analytic_a_check_has_the_speeds_at_which_a_method_notices_and_at_which_it_is_
     assert!((17.0..25.0).contains(&notices), "{speeds:?}");
     assert!(speeds.is_checked && speeds.notices_in_time() && speeds.highest_rpm > within, "{speeds:?}");
     assert_eq!(speeds.answered, 1.0, "{speeds:?}");
+    // At the instant that is stated it is off by as much as at rest, and a little more for the spread of the instants.
+    assert!(speeds.at_instant_deg.is_some_and(|error| error < 0.1 * 5.0), "{speeds:?}");
     // At 24° other checks end starts before: up to there most of them have no axis, and no error.
     let far = checked(24.0, &[]).turning.expect("measured");
     let far_within = far.within_rpm.expect("an error that grows with the speed");

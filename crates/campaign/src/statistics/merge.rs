@@ -11,7 +11,7 @@ impl Statistics {
     /// use standstill_campaign::store::Row;
     /// # let row = |trial: u64| Row { trial, true_angle_deg: 1.0, start_angle_deg: 1.0, estimated_angle_deg: None,
     /// #     error_deg: None, axis_deg: Some(1.0), axis_error_deg: Some(0.1 * trial as f64 - 3.0),
-    /// #     half_sector_deg: None, verdict: standstill_scenario::Verdict::Undetermined, pole_correct: None, rotor_moved_deg: 0.0,
+    /// #     half_sector_deg: None, age_s: None, error_at_instant_deg: None, verdict: standstill_scenario::Verdict::Undetermined, pole_correct: None, rotor_moved_deg: 0.0,
     /// #     duration_s: 1e-3 / 3.0, peak_current_a: 5.0, reason: String::new(), kind: "so".to_owned() };
     /// let of = |trials: std::ops::Range<u64>| {
     ///     let mut statistics = Statistics::default();

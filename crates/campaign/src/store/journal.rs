@@ -162,9 +162,17 @@ impl Keep for Journal {
         for row in rows {
             self.walk.take(row).ok_or_else(|| out_of_order(&self.path))?;
         }
-        let sectors: Tail<f64> =
-            rows.iter().enumerate().filter_map(|(k, row)| Some((k, row.half_sector_deg?))).collect();
-        encoded(rows, &sectors).and_then(|block| self.file.write_all(&block)).map_err(io)?;
+        // The numbers of rows count on from one quantity to the next. Earlier builds wrote the first quantity alone.
+        let behind: Tail<f64> = (0..)
+            .zip(rows)
+            .flat_map(|(k, row)| {
+                let values = row.clone().behind().map(|value| *value);
+                (0..)
+                    .zip(values)
+                    .filter_map(move |(quantity, value)| Some((quantity * rows.len() + k, value?)))
+            })
+            .collect();
+        encoded(rows, &behind).and_then(|block| self.file.write_all(&block)).map_err(io)?;
         // The process may be killed at any time; what the system has, it keeps.
         self.file.flush().map_err(io)?;
         if self.synced.elapsed() >= PATIENCE {
@@ -352,9 +360,12 @@ impl Rows {
     /// Returns the next rows with their points; none at the end, or if a block is not complete. A journal that is being
     /// written may give more rows later.
     pub fn block(&mut self) -> Result<Option<Vec<(usize, Row)>>, JournalError> {
-        let Some((mut rows, sectors)) = self.blocks.next::<Vec<Row>, f64>()? else { return Ok(None) };
-        for (number, half) in sectors {
-            rows.get_mut(number).ok_or_else(|| self.blocks.foreign())?.half_sector_deg = Some(half);
+        let Some((mut rows, behind)) = self.blocks.next::<Vec<Row>, f64>()? else { return Ok(None) };
+        let count = rows.len().max(1);
+        for (number, value) in behind {
+            let row = rows.get_mut(number % count).map(Row::behind);
+            let to = row.and_then(|row| row.into_iter().nth(number / count));
+            *to.ok_or_else(|| self.blocks.foreign())? = Some(value);
         }
         let place = |row: Row| Some((self.walk.take(&row)?, row));
         let placed = rows.into_iter().map(place).collect::<Option<_>>();

@@ -27,6 +27,12 @@ pub struct Row {
     /// `store/block.rs`.
     #[serde(skip)]
     pub half_sector_deg: Option<f64>,
+    /// Age of the angle in s: see [`Record::age_s`]. Stored as `half_sector_deg`.
+    #[serde(skip)]
+    pub age_s: Option<f64>,
+    /// Error in degrees at the instant for which the angle holds: see [`Record::error_at_instant_deg`]. Stored as `half_sector_deg`.
+    #[serde(skip)]
+    pub error_at_instant_deg: Option<f64>,
     /// Whether the pole is right: see [`Record::pole_correct`].
     pub pole_correct: Option<bool>,
     /// Movement of the rotor in degrees: see [`Record::rotor_moved_deg`].
@@ -41,6 +47,13 @@ pub struct Row {
     pub kind: String,
 }
 
+impl Row {
+    /// Returns the numbers that journals store behind their rows.
+    pub(super) fn behind(&mut self) -> [&mut Option<f64>; 3] {
+        [&mut self.half_sector_deg, &mut self.age_s, &mut self.error_at_instant_deg]
+    }
+}
+
 impl From<&Record> for Row {
     fn from(record: &Record) -> Self {
         Self {
@@ -52,6 +65,8 @@ impl From<&Record> for Row {
             axis_deg: record.axis_deg(),
             axis_error_deg: record.axis_error_deg(),
             half_sector_deg: record.half_sector_deg(),
+            age_s: record.age_s(),
+            error_at_instant_deg: record.error_at_instant_deg(),
             verdict: record.verdict(),
             pole_correct: record.pole_correct(),
             rotor_moved_deg: record.rotor_moved_deg(),

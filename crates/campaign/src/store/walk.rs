@@ -160,6 +160,8 @@ pub(crate) mod tests {
             axis_deg: Some(7.0),
             axis_error_deg: Some(error),
             half_sector_deg: None,
+            age_s: None,
+            error_at_instant_deg: None,
             verdict: if trial.is_multiple_of(3) { Verdict::Undetermined } else { Verdict::Found },
             pole_correct: (!trial.is_multiple_of(3)).then_some(true),
             rotor_moved_deg: 0.0,

@@ -208,8 +208,9 @@ pub struct Require {
     /// The key whose largest or smallest value is searched, such as `sensors.noise`; two for their trade-off curve
     #[arg(long, value_name = "KEY", required = true)]
     pub key: Vec<String>,
-    /// Limits that must hold, such as `rms <= 1 deg, unanswered <= 0.1 %`: rms, p95, p99, P(|e| > X) (the angle is off by more, of all
-    /// starts), wrong_poles, unanswered, moved, duration, peak_current. Starts without an answer count against each
+    /// Limits that must hold, such as `rms <= 1 deg, unanswered <= 0.1 %`: rms, p95, p99, p95_at_instant (at the instant for which
+    /// the angle holds), P(|e| > X) (the angle is off by more, of all starts), wrong_poles, unanswered, moved, duration, peak_current.
+    /// Starts without an answer count against each
     #[arg(long, value_name = "LIMITS")]
     pub limit: Limits,
     /// Range of the search, such as `1 mA:50 mA`; of two keys once for each [default: 30 times the scenario's value either way]
@@ -228,7 +229,7 @@ pub struct Tune {
     /// times
     #[arg(long, value_name = "KEY=LOW:HIGH", value_parser = assignment, required = true)]
     pub vary: Vec<(String, String)>,
-    /// The measure to minimise: rms, p95, p99, P(|e| > X), wrong_poles, unanswered, moved, duration, peak_current
+    /// The measure to minimise: rms, p95, p99, p95_at_instant, P(|e| > X), wrong_poles, unanswered, moved, duration, peak_current
     #[arg(long, value_name = "MEASURE")]
     pub minimise: Measure,
     /// Limits that must hold, such as `moved <= 0.1 deg, unanswered <= 0.1 %`; `duration <= start`: no more than with the scenario's own

@@ -9,7 +9,7 @@ use standstill_scenario::{Document, Rotor, ScenarioFile, Verdict};
 use standstill_table::{Cell, Column, Format, Reader, TableError};
 
 use super::{Begun, STATISTICS, SUMMARY, SummaryFile, intact, trials_name};
-use crate::columns::{HALF_SECTOR, trial_columns};
+use crate::columns::{AGE, HALF_SECTOR, needed_columns, trial_columns};
 use crate::error::Error;
 use crate::shell::command_line::quoted;
 use crate::shell::progress;
@@ -202,7 +202,7 @@ impl FinishedRun {
                 return Err(self.foreign(format!("another {key}, or none")));
             }
         }
-        if let Some(name) = trial_columns(false).find(|column| !reader.columns.contains(&column.name)) {
+        if let Some(name) = needed_columns(false).find(|column| !reader.columns.contains(&column.name)) {
             return Err(self.foreign(format!("no column {}", name.name)));
         }
         let bar = progress::reading(self.summary.trials());
@@ -248,10 +248,14 @@ impl FinishedRun {
 /// The table cannot be read to its end.
 pub fn rows(reader: Reader, mut each: impl FnMut(usize, Row)) -> Result<(), TableError> {
     let in_sectors = reader.columns.iter().any(|name| name == HALF_SECTOR);
-    let columns: Vec<Column> = trial_columns(in_sectors).collect();
+    let columns: Vec<Column> = if reader.columns.iter().any(|name| name == AGE) {
+        trial_columns(in_sectors).collect()
+    } else {
+        needed_columns(in_sectors).collect()
+    };
     let (mut point, mut last) = (0, None);
     reader.values(&columns, |values| {
-        let Some(row) = row(values) else { return };
+        let Some(row) = row(values, in_sectors) else { return };
         // Each point begins at its first trial.
         point += usize::from(last.is_some_and(|last| row.trial <= last));
         last = Some(row.trial);
@@ -259,18 +263,21 @@ pub fn rows(reader: Reader, mut each: impl FnMut(usize, Row)) -> Result<(), Tabl
     })
 }
 
-fn row(values: &[Cell<'_>]) -> Option<Row> {
+fn row(values: &[Cell<'_>], in_sectors: bool) -> Option<Row> {
     let &[Cell::Whole(trial), ref values @ ..] = values else { return None };
     let number =
         |place: usize| if let Some(Cell::Number(number)) = values.get(place) { Some(*number) } else { None };
     let known = |place: usize| number(place).unwrap_or(f64::NAN);
     let text = |place: usize| if let Cell::Text(text) = &values[place] { text.as_ref() } else { "" };
+    let behind = 12 + usize::from(in_sectors);
     Some(Row {
         trial,
         true_angle_deg: known(0),
         estimated_angle_deg: number(1),
         error_deg: number(2),
-        half_sector_deg: number(12),
+        half_sector_deg: number(12).filter(|_| in_sectors),
+        age_s: number(behind),
+        error_at_instant_deg: number(behind + 1),
         verdict: Verdict::named(text(3))?,
         pole_correct: if let Cell::Flag(correct) = values[4] { Some(correct) } else { None },
         rotor_moved_deg: known(5),

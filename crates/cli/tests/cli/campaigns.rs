@@ -138,11 +138,11 @@ fn law_a_run_writes_the_axes_before_the_columns_of_reproduce_and_what_it_was() {
     assert_eq!(&header[0], "sensors.noise");
     assert_eq!(&header[1], "errors");
     assert_eq!(&header[2], "trial");
-    assert_eq!(header.len(), 2 + 13 + 1);
+    assert_eq!(header.len(), 2 + 13 + 2 + 1);
     let rows: Vec<csv::StringRecord> = trials.records().map(|row| row.expect("a row")).collect();
     assert_eq!(rows.len(), 20);
     assert_eq!((&rows[5][0], &rows[5][1], &rows[5][2]), ("0.001", "harsh", "0"));
-    let run: serde_json::Value = serde_json::from_str(&rows[0][15]).expect("JSON");
+    let run: serde_json::Value = serde_json::from_str(&rows[0][17]).expect("JSON");
     assert_eq!((run["seed"].as_str(), run["version"].as_str()), (Some("1"), Some(env!("CARGO_PKG_VERSION"))));
     assert!(run["scenario"].as_str().is_some_and(|text| text.contains("bipolar")));
     // The points differ in their noise and not in their specimens: the same trials start at the same angles.

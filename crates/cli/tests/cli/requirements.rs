@@ -44,6 +44,12 @@ fn analytic_the_speed_that_a_start_may_have_is_a_requirement_on_a_key() {
     // 95 of 100 errors are within some 0.2° of that; from 10 rpm on poles stay open.
     let far = edge("p95 <= 1 deg", &["-s", "detector.checks=false"]);
     assert!((0.75..1.0).contains(&(far * 0.1138)), "{far} rpm");
+    // At the instant that the method states the angle is right at any of these speeds.
+    let asked =
+        ["require", "s.toml", "--key", "rotor.speed", "--between", "1 rpm:5 rpm", "--most", "400", "--json"];
+    let at_instant = ["--limit", "p95_at_instant <= 0.4 deg", "-s", "detector.checks=false", "--out", "i"];
+    let found = answer(&[&asked[..], &at_instant].concat(), 1, folder.path());
+    assert_eq!(found["answer"], "every value meets it", "{found}");
     // Half of all starts say that the rotor turns.
     let noticed = edge("unanswered <= 50 %", &[]);
     assert!((10.5..14.0).contains(&noticed) && noticed > far, "{noticed} {far} rpm");

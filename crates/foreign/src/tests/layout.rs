@@ -28,7 +28,7 @@ fn layout() -> Vec<(String, usize)> {
         "sts_legs" Legs: size leg reserved duty shift sample_at sample_every;
         "sts_stage" Stage: leg reserved duty edge_ns reserved_too duration_ns;
         "sts_command" Command: size stages stage samples until first_ns interval_ns;
-        "sts_result" Answer: size angle angle_deviation pole_evidence pole_needed reason;
+        "sts_result" Answer: size angle angle_deviation pole_evidence pole_needed reason age;
         "sts_detector" Table: abi size flags pwm_hz sample_at update_delay name create destroy reason step isr probe samples
             sample_every task task_ns;
         "sts_plate" Plate: rated_pulse_ns dead_time_ns period_ns skew_ns rated_current resistance ld lq flux stronger_pole

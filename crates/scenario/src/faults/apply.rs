@@ -178,6 +178,10 @@ impl FaultSettings {
                     inverter.link.storage.map(|storage| Storage { source_resistance: size, ..storage });
                 return;
             }
+            FaultMode::SupplyLimited => {
+                inverter.link.most_current = Some(size);
+                return;
+            }
             FaultMode::CurrentSlow => {
                 sensors.corner[k] *= size;
                 return;

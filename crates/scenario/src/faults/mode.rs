@@ -41,6 +41,8 @@ choice! {
         LinkCapacitorAged = "link-capacitor-aged",
         /// The source feeds the DC link through this resistance.
         SupplyWeak = "supply-weak",
+        /// The source delivers no more than this current to the DC link.
+        SupplyLimited = "supply-limited",
         /// A current sensor reads only its offset.
         CurrentDead = "current-dead",
         /// A current sensor repeats the last value that it read.
@@ -196,6 +198,9 @@ impl FaultMode {
             Self::SupplyWeak => sized::<Ohm>([1e-6, 1e6], "a resistance from 1 µΩ to 1 MΩ", |scenario| {
                 [0.1, 1.0].map(|share| share * scenario.drive.link.voltage / scenario.motor.rated_current)
             }),
+            Self::SupplyLimited => sized::<Ampere>([0.0, 1e6], "a current from 0 to 1 MA", |scenario| {
+                [0.0, 0.3].map(|share| share * scenario.motor.rated_current)
+            }),
             Self::CurrentStuck | Self::CurrentOffset => {
                 sized::<Ampere>([0.0, 1e6], "a current from 0 to 1 MA", most_current)
             }
@@ -243,6 +248,7 @@ impl FaultMode {
                     | Self::DeadTimeLong
                     | Self::LinkCapacitorAged
                     | Self::SupplyWeak
+                    | Self::SupplyLimited
                     | Self::CurrentSlow
                     | Self::SampleLate
                     | Self::TimerOff

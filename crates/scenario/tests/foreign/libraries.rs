@@ -69,12 +69,18 @@ fn law_an_outcome_carries_what_the_library_told() {
     assert_eq!(findings.angle_deviation, Some(0.25));
     let evidence = findings.pole_evidence.expect("a value");
     assert_eq!((evidence.deviations, evidence.needed), (4.0, 3.0));
+    assert_eq!((findings.age, found.error_at_instant_deg()), (Some(0.0), found.error_deg()));
     // What it asks for says nothing of a start for whose pole nothing speaks.
     let alone = of("needed-alone");
     assert_eq!(alone.verdict(), Verdict::Undetermined);
     let Ended::Outcome(outcome) = &alone.run.ended else { panic!("{alone:?}") };
     assert_eq!(outcome.findings().pole_evidence, None);
     let axis = of("axis");
+    assert_eq!(
+        (axis.age_s(), axis.axis_error_at_instant_deg()),
+        (None, None),
+        "what it does not write is not known"
+    );
     assert_eq!(
         (axis.verdict(), axis.reason().as_str()),
         (Verdict::Undetermined, "the hall sensors disagree")
@@ -109,6 +115,7 @@ fn law_what_the_header_does_not_allow_is_a_failed_record_with_its_reason() {
         ("angle-huge", "the angle is 1e30 rad"),
         ("evidence-nan", "pole_evidence is NaN"),
         ("deviation", "angle_deviation is -1, not 0 or more"),
+        ("age-negative", "age is -1 s, not 0 or more"),
         ("beyond-result", "it wrote beyond its sts_result"),
         ("before-result", "it wrote beyond its sts_result"),
         ("beyond-legs", "it wrote beyond its sts_legs"),

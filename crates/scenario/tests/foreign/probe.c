@@ -138,6 +138,11 @@ static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs,
         result->angle_deviation = 0.25f;
         result->pole_evidence = 4.0f;
         result->pole_needed = 3.0f;
+        result->age = 0.0f;
+        return STS_FOUND;
+    }
+    if (is("age-negative")) {
+        result->age = -1.0f;
         return STS_FOUND;
     }
     if (is("angle-huge")) {

@@ -133,6 +133,7 @@ fn in_double(run: &Run<f32>) -> Run<f64> {
         duration: run.duration,
         start_angle: run.start_angle,
         end_angle: run.end_angle,
+        instant_angle: run.instant_angle,
         has_pole: run.has_pole,
         resolver_angle: run.resolver_angle,
         moved: run.moved,

@@ -14,9 +14,10 @@ use super::course::Course;
 use super::faults::limited;
 use super::gates::GateSequencer;
 use super::ledger::Accounts;
+use super::past::Past;
 use super::requests::validate;
 use super::samples::Room;
-use crate::case::{Case, Finished, RunError, Work};
+use crate::case::{Case, RunError};
 use crate::lanes::bank::Bank;
 use crate::physics::gates::NEVER;
 use crate::physics::motion::Motion;
@@ -63,16 +64,18 @@ pub struct Control<'a> {
     commands: u32,
     /// Whether a fault keeps all comparators from tripping at present.
     pub(super) deaf: bool,
+    /// Past angles of the rotor.
+    pub(super) past: Past,
     /// The readings of the last command, as far as its samples have been converted.
     pub(super) readings: Vec<Reading<f64>>,
     /// Number of events since the later of two times: the last instant and `counted_from`.
     events: u32,
     /// Time in ns of the first of the counted events.
     counted_from: f64,
-    /// Number of segments so far: see [`Work`].
+    /// Number of segments so far: see [`Work`](crate::Work).
     pub(super) segments: u64,
     /// Number of events since the start of the run.
-    all_events: u64,
+    pub(super) all_events: u64,
     pub(super) accounts: Option<Accounts>,
     /// Time in ns at which the modes of legs without current were found last.
     pub(super) found: f64,
@@ -92,9 +95,10 @@ impl<'a> Control<'a> {
         lane: usize,
         probe: Option<&'a mut dyn Probe>,
         ledger: bool,
-        Room { mut readings, taken }: Room,
+        Room { mut readings, taken, mut past }: Room,
     ) -> Self {
         readings.clear();
+        past.clear();
         let settings = &case.sensors.settings;
         let link = &case.inverter.link;
         let mut control = Self {
@@ -112,6 +116,7 @@ impl<'a> Control<'a> {
             deaf: false,
             breaks: if case.faults.is_empty() { NEVER } else { 0.0 },
             commands: 0,
+            past,
             readings,
             events: 0,
             counted_from: 0.0,
@@ -142,6 +147,7 @@ impl<'a> Control<'a> {
             sequencer: self.sequencer.clone(),
             sampler: self.sampler.clone(),
             comparators: self.comparators.clone(),
+            past: Past::default(),
             readings: self.readings.clone(),
             accounts: None,
             ..*self
@@ -357,41 +363,6 @@ impl<'a> Control<'a> {
     pub(super) fn event(&mut self, time: f64, event: Event) {
         if let Some(probe) = &mut self.probe {
             probe.event(time, event);
-        }
-    }
-
-    /// Ends the run and returns its result.
-    pub fn finish<V: Wide>(&mut self, bank: &mut Bank<'a, V>, error: Option<RunError>) -> Finished {
-        let lane = self.lane;
-        let turned = bank.here.state.turned.get(lane);
-        let end_angle = self.case.start_angle + turned;
-        let mut ledger = None;
-        if V::ALONE {
-            ledger = self.accounts.take().map(|accounts| accounts.close(self, bank));
-        }
-        let duration = match error {
-            Some(_) => Nanos::from_seconds(self.time(bank) * 1e-9),
-            None => self.course.end,
-        };
-        // Counts are small and whole.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let count = |pack: &V| pack.get(lane) as u64;
-        Finished {
-            ended: error,
-            duration,
-            start_angle: self.case.start_angle,
-            end_angle,
-            has_pole: self.case.motor.has_magnet(),
-            resolver_angle: end_angle + self.case.sensors.resolver_error,
-            moved: bank.outcome.moved.get(lane),
-            peak_current: bank.outcome.peak.get(lane),
-            ledger,
-            work: Work {
-                derivatives: count(&bank.outcome.evaluations),
-                steps: count(&bank.outcome.steps),
-                segments: self.segments,
-                events: self.all_events,
-            },
         }
     }
 }

@@ -6,6 +6,7 @@ use standstill_numeric::Wide;
 
 use super::comparators::Watching;
 use super::course::Course;
+use super::past::Past;
 use super::run::Control;
 use crate::lanes::bank::Bank;
 use crate::sensing::Instant;
@@ -16,12 +17,13 @@ use crate::trace::Event;
 pub struct Room {
     pub(super) readings: Vec<Reading<f64>>,
     pub(super) taken: Vec<Instant>,
+    pub(super) past: Past,
 }
 
 impl<'a> Control<'a> {
     /// Returns the run's allocated memory, for the next run.
     pub fn into_room(self) -> Room {
-        Room { readings: self.readings, taken: self.sampler.into_room() }
+        Room { readings: self.readings, taken: self.sampler.into_room(), past: self.past }
     }
 
     /// Makes the next trigger pending: the first trigger, or the trigger that follows the pending trigger.

@@ -73,12 +73,13 @@ impl<'a> Control<'a> {
         }
         let here = &bank.here;
         let mut rise = here.source.rise.get(self.lane);
-        if let Some(storage) = self.case.inverter.link.storage {
+        let link = &self.case.inverter.link;
+        if let Some(storage) = link.storage {
             let (current, time) = (self.currents(bank), self.time(bank));
             let modes = bank.machine.legs.modes(self.lane, time);
             let taken: f64 = (0..3).filter(|k| modes[*k].is_upper()).map(|k| current[k]).sum();
             let lack = here.source.voltage.get(self.lane) - here.state.link.get(self.lane);
-            rise = (lack / storage.source_resistance - taken) / storage.capacitance;
+            rise = (link.delivered(lack) - taken) / storage.capacitance;
         }
         bridge.terminal_capacitance * rise
     }
@@ -99,14 +100,17 @@ impl<'a> Control<'a> {
         }
         let time = self.time(bank);
         let rise = bank.here.source.rise.get(self.lane);
-        let Some(storage) = self.case.inverter.link.storage else {
+        let link = &self.case.inverter.link;
+        let Some(storage) = link.storage else {
             let later = bank.machine.links.source_of(self.lane, time * 1e-9 + SOON).rise;
             return capacitance * (later - rise) / SOON;
         };
         let modes = bank.machine.legs.modes(self.lane, time);
         let taken: f64 = (0..3).filter(|k| modes[*k].is_upper()).map(|k| slopes[k]).sum();
-        capacitance * ((rise - following / capacitance) / storage.source_resistance - taken)
-            / storage.capacitance
+        let lack = bank.here.source.voltage.get(self.lane) - bank.here.state.link.get(self.lane);
+        let limited = link.most_current.is_some_and(|most| link.delivered(lack) >= most);
+        let fed = if limited { 0.0 } else { (rise - following / capacitance) / storage.source_resistance };
+        capacitance * (fed - taken) / storage.capacitance
     }
 
     /// Returns the largest distance in V from a bound at which a leg's potential counts as being at the bound; less than half of the

@@ -2,7 +2,7 @@
 //! feeds through a resistance.
 
 use standstill_interface::Dq;
-use standstill_inverter::{Source, Storage};
+use standstill_inverter::Source;
 use standstill_numeric::Wide;
 
 use super::{Begin, Effect, End, Moment, Span, keep};
@@ -20,6 +20,10 @@ use crate::step::two_derivative::Here;
 /// because the error of the corrected voltage is far smaller than the correction.
 const SHARE_OF_LINK: f64 = 3e-7;
 
+/// The same time in s for a step in which the source reaches its largest current, or falls below it. The slope of the source's current
+/// jumps there, so the corrected voltage is no better than the correction.
+const SHARE_OF_KINK: f64 = 1e-4;
+
 /// Quantities of the DC link over a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LinkStep<V> {
@@ -35,6 +39,8 @@ pub struct LinkStep<V> {
     pub more: V,
     /// Correction of the voltage in V at the end.
     correction: V,
+    /// Rate in 1/s at which the source replaces a lack of the link's voltage, at both ends: zero at its largest current.
+    gradient: [V; 2],
 }
 
 impl<V: Wide> LinkStep<V> {
@@ -79,12 +85,14 @@ impl<V: Wide> Effect<V> for Links<V> {
             area: zero,
             more: zero,
             correction: zero,
+            gradient: [zero; 2],
         };
         if let Some(storage) = &self.storage {
             let change = begin.change.current;
             let rail = &begin.legs.terminals.rail;
+            step.gradient[0] = storage.gradient(here.state.link, here.source.voltage);
             (step.rise[0], step.bend) =
-                storage.slopes(rail, here.state.link, here.source, here.at.current, change);
+                storage.slopes(rail, here.state.link, here.source, here.at.current, change, step.gradient[0]);
             step.voltage[1] = here.state.link + h * (step.rise[0] + h * 0.5 * step.bend);
             step.area = hermite_area(h, step.voltage, [step.rise[0], step.rise[0] + h * step.bend]);
         } else {
@@ -100,12 +108,15 @@ impl<V: Wide> Effect<V> for Links<V> {
         let End { begin, change, .. } = *end;
         let (h, link) = (begin.h, step.voltage[1]);
         let rail = &begin.legs.terminals.rail;
-        let (rise, bend) = storage.slopes(rail, link, there.source, there.at.current, change.current);
+        let gradient = storage.gradient(link, there.source.voltage);
+        let (rise, bend) =
+            storage.slopes(rail, link, there.source, there.at.current, change.current, gradient);
         let missing = step.voltage[0] + hermite_area(h, [step.rise[0], rise], [step.bend, bend]) - link;
-        let x = h * storage.rate;
+        let x = h * gradient;
         let correction = missing / (x * 0.5 + x * x * (1.0 / 12.0) + 1.0);
         step.voltage[1] = link + correction;
-        step.rise[1] = rise - correction * storage.rate;
+        step.rise[1] = rise - correction * gradient;
+        step.gradient[1] = gradient;
         step.correction = step.correction + correction;
         step.more = hermite_area(h, step.voltage, step.rise) - step.area;
         there.state.link = step.voltage[1];
@@ -113,7 +124,19 @@ impl<V: Wide> Effect<V> for Links<V> {
 
     #[inline(always)]
     fn error(&self, step: &LinkStep<V>, accuracy: &Accuracy<V>) -> V {
-        step.correction.abs() * SHARE_OF_LINK * accuracy.per_flux
+        let share = match &self.storage {
+            Some(Storages { most: Some(_), .. }) => {
+                let [begin, end] = step.gradient;
+                let same = V::choose(
+                    (begin - end).abs().above(V::of(0.0)),
+                    V::of(SHARE_OF_KINK),
+                    V::of(SHARE_OF_LINK),
+                );
+                step.correction.abs() * same
+            }
+            _ => step.correction.abs() * SHARE_OF_LINK,
+        };
+        share * accuracy.per_flux
     }
 
     #[inline(always)]
@@ -164,9 +187,11 @@ impl<V: Wide> Effect<V> for Links<V> {
         let (here, current) = (moment.here, moment.phases());
         let source = self.source_of(moment.lane, moment.one(&here.time) * 1e-9).voltage;
         let mut delivered: f64 = (0..3).map(|k| moment.one(&span.step.legs.leg[k].rail) * current[k]).sum();
-        if let Some(Storage { source_resistance, .. }) = moment.case.inverter.link.storage {
-            delivered = (source - moment.one(&here.state.link)) / source_resistance;
-            powers.source_loss += delivered * delivered * source_resistance;
+        let link = &moment.case.inverter.link;
+        if link.storage.is_some() {
+            let lack = source - moment.one(&here.state.link);
+            delivered = link.delivered(lack);
+            powers.source_loss += delivered * lack;
         }
         powers.source += source * delivered;
     }
@@ -210,16 +235,32 @@ impl<V: Wide> Storages<V> {
         source: Source<V>,
         current: Plane<V>,
         current_rise: Plane<V>,
+        gradient: V,
     ) -> (V, V) {
         let rise = self.rise(rail, link, source.voltage, current);
-        (rise, (source.rise - rise) * self.rate - self.taken(rail, current_rise))
+        (rise, (source.rise - rise) * gradient - self.taken(rail, current_rise))
+    }
+
+    /// Returns the rate in 1/s at which the source's current changes the link's voltage per V of that voltage: the reciprocal of the charging
+    /// time constant, or zero if the source delivers its largest current.
+    #[inline(always)]
+    fn gradient(&self, link: V, source: V) -> V {
+        match self.most {
+            Some(most) => V::choose(((source - link) * self.rate).above(most), V::of(0.0), self.rate),
+            None => self.rate,
+        }
     }
 
     /// Returns the time derivative of the capacitor's voltage in V/s. `rail` is the voltage vector of the legs per V of the link. `link`
     /// and `source` are voltages in V. `current` is the current vector in A.
     #[inline(always)]
     pub fn rise(&self, rail: &Plane<V>, link: V, source: V, current: Plane<V>) -> V {
-        (source - link) * self.rate - self.taken(rail, current)
+        let fed = (source - link) * self.rate;
+        let fed = match self.most {
+            Some(most) => fed.least(most),
+            None => fed,
+        };
+        fed - self.taken(rail, current)
     }
 
     /// Returns the rate in V/s at which the current of the upper rail, Σ rail_k i_k = 3/2 rail · i, discharges the

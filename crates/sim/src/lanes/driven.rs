@@ -152,6 +152,11 @@ impl<'a> Driven<'a> {
         self.control.now(&self.bank)
     }
 
+    /// Notes the present position of the rotor.
+    pub(super) fn note(&mut self) {
+        self.control.note(&self.bank);
+    }
+
     /// Ends the run and returns its result.
     pub(super) fn finish(mut self, error: Option<RunError>) -> Finished {
         self.control.finish(&mut self.bank, error)

@@ -40,13 +40,13 @@ impl<T: Real> Adapter<T> {
     }
 
     /// Adds the detector's outcome to a finished run and returns the complete result. The adapter is then ready for the next run.
-    pub fn run<D: Detector<T> + ?Sized>(&mut self, finished: Finished, detector: Option<&mut D>) -> Run<T> {
-        if let (Some(RunError::TimeLimit(limit)), Some(detector)) = (finished.ended, detector)
+    pub fn run<D: Detector<T> + ?Sized>(&mut self, finished: &Finished, detector: Option<&mut D>) -> Run<T> {
+        if let (Some(RunError::TimeLimit(limit)), Some(detector)) = (finished.run.ended, detector)
             && let Some(outcome) = detector.overdue(limit)
         {
             return finished.run(Ended::Outcome(outcome));
         }
-        let ended = match (finished.ended, self.outcome.take()) {
+        let ended = match (finished.run.ended, self.outcome.take()) {
             (None, Some(outcome)) => Ended::Outcome(outcome),
             (Some(error), _) => Ended::Error(error),
             (None, None) => unreachable!("a run ends by an error or because its detector is done"),
@@ -102,7 +102,7 @@ where
         slot.adapter.step(slot.detector.as_mut()?, readings)
     }
 
-    fn over(&mut self, lane: usize, finished: Finished) {
+    fn over(&mut self, lane: usize, finished: &Finished) {
         if let Some(slot) = &mut self.lanes[lane] {
             let run = slot.adapter.run(finished, slot.detector.as_mut());
             (self.done)(slot.number, run);

@@ -48,6 +48,8 @@ pub struct Storages<V: Wide> {
     pub rate: V,
     /// Elastance 1/C in 1/F.
     pub elastance: V,
+    /// Rate in V/s at which the largest current of the source charges the capacitor; none for sources without a limit.
+    pub most: Option<V>,
 }
 
 impl<V: Wide> Links<V> {
@@ -57,7 +59,9 @@ impl<V: Wide> Links<V> {
             voltage: V::of(0.0),
             ripple: (link.ripple != 0.0).then(Ripples::default),
             sag: link.sag.map(|_| Sags::default()),
-            storage: link.storage.map(|_| Storages::default()),
+            storage: link
+                .storage
+                .map(|_| Storages { most: link.most_current.map(|_| V::of(0.0)), ..Storages::default() }),
         };
         for lane in 0..V::LANES {
             links.put(lane, link);
@@ -70,6 +74,8 @@ impl<V: Wide> Links<V> {
         self.ripple.is_some() == (link.ripple != 0.0)
             && self.sag.is_some() == link.sag.is_some()
             && self.storage.is_some() == link.storage.is_some()
+            && self.storage.as_ref().is_some_and(|storage| storage.most.is_some())
+                == (link.storage.is_some() && link.most_current.is_some())
     }
 
     /// Returns whether the link's voltage can change so much between two instants that legs without current begin to conduct.
@@ -95,6 +101,9 @@ impl<V: Wide> Links<V> {
         if let (Some(to), Some(storage)) = (&mut self.storage, link.storage) {
             put(&mut to.rate, 1.0 / (storage.source_resistance * storage.capacitance));
             put(&mut to.elastance, 1.0 / storage.capacitance);
+            if let (Some(to), Some(most)) = (&mut to.most, link.most_current) {
+                put(to, most / storage.capacitance);
+            }
         }
     }
 

@@ -7,5 +7,6 @@ mod faults;
 mod hysteresis;
 mod script;
 mod shorted;
+mod supply;
 mod terminals;
 mod turning;

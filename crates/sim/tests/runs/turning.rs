@@ -3,10 +3,12 @@
 
 use super::script::{LINK, Script, same_bits_in_lanes, stage};
 use Leg::{High, Low, Off};
-use standstill_interface::{Command, Leg, Nanos, Reading, Sampling};
+use standstill_interface::{
+    Angle, Command, Detector, Findings, Leg, Nanos, Outcome, Reading, Sampling, Step,
+};
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::{Friction, Motor, built_in};
-use standstill_sim::{Case, Ended, NoProbe, RotorState, Run, run};
+use standstill_sim::{Case, Ended, NoProbe, RotorState, Run, Trace, run};
 
 const DROP: f64 = 1.0;
 
@@ -172,4 +174,52 @@ fn law_lanes_have_the_bits_of_a_run_alone() {
             .map(|speed| [of(RotorState::Driven, speed), of(RotorState::Free, speed)])
             .concat(),
     );
+}
+
+/// Plays a script and then finds the angle 0, which holds for an instant so long before the end.
+#[derive(Clone)]
+struct Aged(Script, f64);
+
+impl Detector<f64> for Aged {
+    fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
+        match self.0.step(readings) {
+            Step::Done(_) => {
+                let findings = Findings { age: Some(self.1), ..Findings::default() };
+                Step::Done(Outcome::Found { angle: Angle::from_radians(0.0), findings })
+            }
+            drive @ Step::Drive(_) => drive,
+        }
+    }
+}
+
+/// The run has the rotor's angle at the instant that the detector states: a driven one by `ω t + α t²/2` to the last digits, a free one, which
+/// pulses push either way, as its snapshots show it, and one that is held where it is.
+#[test]
+fn analytic_a_run_has_the_angle_at_the_instant_that_is_stated() {
+    let motor = built_in("low-inertia").expect("built in");
+    let commands: Vec<_> = (0..6)
+        .map(|k| {
+            let legs = if k % 2 == 0 { [High, Low, Off] } else { [Low, Off, High] };
+            Command::sequence(stage(legs, 200), stage([Off; 3], 300), Sampling::NONE)
+        })
+        .collect();
+    let end = 3e-3_f64;
+    for age in [0.0, 0.4e-3, 1.3e-3, 2.95e-3, 5e-3] {
+        let at = (end - age).max(0.0);
+        let told = |rotor, speed: f64, acceleration: f64| {
+            let case = Case { acceleration, ..case(&motor, rotor, speed) };
+            let mut trace = Trace::new(1e-6);
+            let run = run(&case, &mut Aged(Script::new(&commands), age), false, &mut trace);
+            let next =
+                trace.snapshots.iter().position(|snapshot| snapshot.time >= at).expect("until the end");
+            (run.instant_angle.expect("stated"), trace.snapshots[next].angle, run)
+        };
+        let (angle, _, _) = told(RotorState::Driven, 40.0, -9e3);
+        assert!((angle - 0.7 - 40.0 * at + 4.5e3 * at * at).abs() < 1e-12, "{age}: {angle}");
+        let (angle, shown, run) = told(RotorState::Free, 20.0, 0.0);
+        assert!(run.moved > 0.02, "{run:?}");
+        assert!((angle - shown).abs() < 0.02 * run.moved, "{age}: {angle}, not {shown} of {}", run.moved);
+        let (angle, _, run) = told(RotorState::Locked, 0.0, 0.0);
+        assert_eq!(angle, run.end_angle);
+    }
 }

@@ -208,19 +208,24 @@ fn regress_a_length_of_gigabytes_is_damage_even_where_the_file_has_them() {
 }
 
 #[test]
-fn law_rows_of_sectors_are_read_as_they_were_written() {
+fn law_what_is_behind_rows_is_read_as_it_was_written() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("journal");
     let mut journal = Journal::create(&path, &identity()).expect("writable");
     let half = |trial: u64| [None, Some(30.0), Some(15.0)][(trial % 3) as usize];
-    let rows: Vec<Row> =
+    let mut rows: Vec<Row> =
         (0..12).map(|trial| Row { half_sector_deg: half(trial), ..row(trial, 0.1) }).collect();
+    for row in &mut rows {
+        row.age_s = (row.trial % 4 > 0).then_some(1e-3 * row.trial as f64);
+        row.error_at_instant_deg = row.age_s.map(|age| 7.0 * age);
+    }
     journal.append(&rows[..5]).expect("written");
-    // A block without a sector is one as before.
-    journal.append(&[Row { half_sector_deg: None, ..rows[5].clone() }]).expect("written");
+    // A block with nothing behind it is one as before.
+    let plain = Row { half_sector_deg: None, age_s: None, error_at_instant_deg: None, ..rows[5].clone() };
+    journal.append(std::slice::from_ref(&plain)).expect("written");
     journal.append(&rows[6..]).expect("written");
     drop(journal);
     let mut expected = rows;
-    expected[5].half_sector_deg = None;
+    expected[5] = plain;
     assert_eq!(all(&path), expected);
 }

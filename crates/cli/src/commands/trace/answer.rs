@@ -46,12 +46,12 @@ impl Traced<'_> {
         let mut blocks = vec![Block::Text("Drawn for this trial:".to_owned()), Block::Facts(drawn)];
         blocks.extend(self.verified.map(|error| Block::Text(error.text())));
         let mut result = self.json()?;
-        result["error_at_instant_deg"] = instant::error_deg(record, trace).into();
+        result["error_at_instant_deg"] = record.error_at_instant_deg().into();
         let files = vec![("result.json", format!("{result:#}\n").into_bytes())];
         let said = setting(file, &single.scenario);
         let figure = waveforms(trace, &title(file, record, options), &said, &single.scenario, record);
         let mut lines = details(record, watched);
-        lines.extend(instant::detail(record, trace));
+        lines.extend(instant::detail(record));
         let verdict = verdict(tone, headline, lines);
         let title = format!("One start: {}", trial_of(options));
         let code = u8::from(record.verdict() == Verdict::Error);

@@ -89,6 +89,9 @@ fn analytic_faults_of_the_inverter_have_their_size() {
     let [whole, broken] = storage(FaultMode::SupplyWeak, "\"40 ohm\"");
     near(broken.source_resistance, 40.0);
     assert_eq!(Storage { source_resistance: whole.source_resistance, ..broken }, whole);
+    let most =
+        pair(&keys, FaultMode::SupplyLimited, "\"2 A\"").map(|of| of.case(3).inverter.link.most_current);
+    assert_eq!(most, [None, Some(2.0)]);
 }
 
 #[test]

@@ -14,6 +14,12 @@ fn up_to(speed: f64) -> String {
     standstill_quantity::rounded(standstill_quantity::rounded(speed, -place).floor(), place).to_string()
 }
 
+/// Formats an angle in degrees with two digits, rounded up.
+fn at_most(angle: f64) -> String {
+    let place = standstill_quantity::magnitude(angle).unwrap_or(0) - 1;
+    standstill_quantity::rounded(standstill_quantity::rounded(angle, -place).ceil(), place).to_string()
+}
+
 /// Returns the part of the verdict on dangerous speeds. At such a speed the error exceeds the demand, and the method does not notice that
 /// the rotor turns. Empty if there are no such speeds or none were measured.
 pub fn note(asked: &Checked<'_>) -> String {
@@ -53,6 +59,11 @@ pub fn said(asked: &Checked<'_>) -> Option<String> {
             format!("{check}95 of 100 errors are within {demanded}° up to {highest} rpm, the fastest tried")
         }
     };
+    // The angle is that of an instant before the end, and a drive that knows the speed can carry it on.
+    let at_instant = match speeds.at_instant_deg {
+        Some(error) => format!(" (within {}° at the instant for which each angle holds)", at_most(error)),
+        None => String::new(),
+    };
     let then = match speeds.unnoticed_rpm {
         Some((_, Some(until))) if speeds.notices_rpm.is_none_or(|notices| notices > 1.1 * until) => {
             format!("; from {} rpm on no more than 5 of 100 starts are answered wrongly", rpm(until))
@@ -69,7 +80,7 @@ pub fn said(asked: &Checked<'_>) -> Option<String> {
         String::new()
     };
     Some(format!(
-        "Of a rotor that turns, {notices}{then}; {within} ({} starts at each speed, half of them in each direction{answered}).",
+        "Of a rotor that turns, {notices}{then}; {within}{at_instant} ({} starts at each speed, half of them in each direction{answered}).",
         speeds.starts
     ))
 }
@@ -82,5 +93,6 @@ mod tests {
     fn law_a_speed_up_to_which_something_holds_is_not_rounded_up() {
         assert_eq!([12.97, 0.7861, 130.0, 6.0].map(up_to), ["12", "0.78", "130", "6"]);
         assert_eq!([12.97, 0.7861, 139.0].map(rpm), ["13", "0.79", "140"]);
+        assert_eq!([0.121, 0.2, 12.3].map(at_most), ["0.13", "0.2", "13"]);
     }
 }
