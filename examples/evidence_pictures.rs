@@ -33,7 +33,7 @@ const PANELS: [(&str, &[(&str, Style)]); 2] = [
         "short pulses",
         &[
             ("open-terminal", Style::Blue),
-            ("six-pulse", Style::Vermilion),
+            ("six-pulse", Style::Black),
             ("bipolar", Style::Green),
             ("maximum-likelihood", Style::Purple),
             ("maximum-likelihood-adaptive", Style::Orange),
@@ -57,7 +57,7 @@ fn speed() -> Result<Figure, Box<dyn Error>> {
     let mut wrong = Panel::new(axis(), Axis::new("wrong poles (% of all starts)")).titled("wrong poles");
     let mut panels = Vec::new();
     for (title, methods) in PANELS {
-        let errors = Axis::new("rms error of the axis at the end (°)").range(0.03, 60.0).log10();
+        let errors = Axis::new("rms error of the axis at the end (°)").range(0.03, 90.0).log10();
         let mut panel = Panel::new(axis(), errors).titled(title);
         for (method, style) in methods {
             let (mut measured, mut named, mut age) = (Vec::new(), Vec::new(), None);
@@ -164,7 +164,7 @@ impl Matrix {
                 y_edges: edges(rows),
                 values: values.map(|(row, column)| value(row, column)).collect(),
                 colour: Axis::new("% of the starts").range(0.5, 100.0).log10(),
-                blank: "the method has no such part".to_owned(),
+                blank: "not run, or the method has no such part".to_owned(),
                 texts: Vec::new(),
             })
     }

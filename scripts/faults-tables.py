@@ -2,7 +2,7 @@
 """The counts of docs/faults.md and docs/notes/faults-methods.md, measured anew.
 
     python3 scripts/faults-tables.py PROGRAM          all of it: an hour of one core
-    python3 scripts/faults-tables.py PROGRAM methods  docs/notes/faults-methods.md alone; or: found (docs/faults.md and docs/notes/faults-MOTOR.csv)
+    python3 scripts/faults-tables.py PROGRAM methods  docs/notes/faults-methods.md alone; or: found (docs/notes/faults-MOTOR.csv and docs/faults.md), page (docs/faults.md of these files)
 
 Writes docs/notes/faults-MOTOR.csv and the tables in both pages. Text beside the tables stays: read it.
 """
@@ -13,7 +13,7 @@ ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
 MOTORS = {"paper-5k5": ("200 uF", "0.2 ohm"), "light-vehicle": ("20 mF", "3 mohm"), "cross-saturation": ("200 uF", "0.2 ohm")}
 THREADS = os.environ.get("THREADS", "1")
 # Modes that need more than the default drive has.
-MORE = ["link-capacitor-aged", "supply-weak", "current-slow", "comparator-stuck", "timer-off"]
+MORE = ["link-capacitor-aged", "supply-weak", "supply-limited", "current-slow", "comparator-stuck", "timer-off"]
 METHODS = [["line-inductance", "line-inductance-fast", "subdivision", "hfi-rotating", "hfi-pulsating", "bipolar", "maximum-likelihood",
             "maximum-likelihood-adaptive"], ["open-terminal", "six-pulse"]]
 OTHERS = ["-s", "sensors.terminals=true", "-s", "sensors.timer=0.32 us"]
@@ -74,10 +74,18 @@ def written(page, head, heads, cells):
 
 
 def found(program):
+    for motor in MOTORS:
+        _, text = studies(program, motor, ["bipolar", "maximum-likelihood"], 3000)
+        open(f"{ROOT}/docs/notes/faults-{motor}.csv", "w", newline="").write(text)
+        print(f"{motor}: measured", flush=True)
+    page(program)
+
+
+def page(_):
+    """The table of docs/faults.md from the files of all motors, and what its text says of them."""
     cells, heads = {}, []
     for motor in MOTORS:
-        rows, text = studies(program, motor, ["bipolar", "maximum-likelihood"], 3000)
-        open(f"{ROOT}/docs/notes/faults-{motor}.csv", "w", newline="").write(text)
+        rows = list(csv.DictReader(open(f"{ROOT}/docs/notes/faults-{motor}.csv", newline="")))
         for row in rows:
             if row["begins"] not in ("", "before"):
                 continue
@@ -88,12 +96,12 @@ def found(program):
             column = f"`{motor}`, {row['method']}"
             heads += [] if column in heads else [column]
             cells.setdefault(name(row), {})[column] = said
-        for begins in ("before", "during", "50 us"):
+        for begins in ("", "before", "during", "50 us"):
             of = [row for row in rows if row["begins"] == begins]
             print(f"{motor}, {begins}: {sum(float(row['wrong_pole']) == 0 for row in of)} of {len(of)} rows without a wrong pole", flush=True)
             for row in of:
-                if float(row["wrong_pole"]) or float(row["right_pole_beyond_limit"]):
-                    print(f"  {row['method']} {row['failure_mode']}: {row['wrong_pole']} wrong, {row['right_pole_beyond_limit']} beyond, worst {row['worst_error_deg']}", flush=True)
+                if float(row["wrong_pole"]) or float(row["right_pole_beyond_limit"]) or not begins and float(row["detected"]):
+                    print(f"  {row['method']} {row['failure_mode']}: {row['wrong_pole']} wrong, {row['right_pole_beyond_limit']} beyond, {row['detected']} detected", flush=True)
     written(f"{ROOT}/docs/faults.md", "Shares of the starts in per cent", heads, cells)
 
 
@@ -104,8 +112,10 @@ def methods(program):
         second = study(program, motor, METHODS[1], 300, ["--begins", "before", *OTHERS])[0]
         capacitance, resistance = MOTORS[motor]
         link = [*OTHERS, "-s", f"inverter.capacitance={capacitance}", "-s", f"inverter.source_resistance={resistance}", "-s", "sensors.bandwidth=200 kHz"]
-        modes = [word for mode in MORE[:3] for word in ("--mode", mode)]
-        third = [row for row in study(program, motor, METHODS[1], 300, ["--begins", "before", *link, *modes])[0] if row["failure_mode"] != "as it is"]
+        modes = [word for mode in MORE[:4] for word in ("--mode", mode)]
+        third = study(program, motor, METHODS[1], 300, ["--begins", "before", *link, *modes])[0]
+        for row in third:
+            row["failure_mode"] = row["failure_mode"].replace("as it is", "as it is with more parts")
         cells = {}
         for row in [*first, *second, *third]:
             cells.setdefault(name(row), {})[row["method"]] = cell(row, False)
@@ -116,7 +126,7 @@ def methods(program):
 def main():
     program, parts = os.path.abspath(sys.argv[1]), sys.argv[2:] or ["found", "methods"]
     for part in parts:
-        {"found": found, "methods": methods}[part](program)
+        {"found": found, "page": page, "methods": methods}[part](program)
 
 
 main()
