@@ -49,7 +49,8 @@ def share(count, trials, digits):
     """Per cent as the tables have it: whole ones, or two digits below ten."""
     of = 100.0 * float(count) / float(trials)
     if digits and 0.0 < of < 10.0 or digits and 99.5 <= of < 100.0:
-        return f"{of:.1f}"
+        text = f"{of:.1f}"
+        return f"{of:.2f}" if text in ("0.0", "100.0") else text
     return f"{of:.0f}"
 
 
@@ -85,6 +86,8 @@ def page(_):
     """The table of docs/faults.md from the files of all motors, and what its text says of them."""
     cells, heads = {}, []
     for motor in MOTORS:
+        if not os.path.exists(f"{ROOT}/docs/notes/faults-{motor}.csv"):
+            continue
         rows = list(csv.DictReader(open(f"{ROOT}/docs/notes/faults-{motor}.csv", newline="")))
         for row in rows:
             if row["begins"] not in ("", "before"):
@@ -93,7 +96,7 @@ def page(_):
             if float(row["undetermined"]) > 0.5 * float(row["detected"]):
                 reason = "pole open"
             said = cell(row, True) + (f" {reason}" if float(row["detected"]) else "")
-            column = f"`{motor}`, {row['method']}"
+            column = f"`{motor}`, `{row['method']}`"
             heads += [] if column in heads else [column]
             cells.setdefault(name(row), {})[column] = said
         for begins in ("", "before", "during", "50 us"):
