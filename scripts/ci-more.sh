@@ -51,6 +51,8 @@ for part in ${*:-$all}; do
             folder=$(mktemp -d)
             cargo run --release --quiet -p standstill-report --example gallery -- "$folder" >/dev/null
             rm -rf "$folder"
+            cargo build --release --quiet --bin standstill
+            scripts/gallery.py "$CARGO_TARGET_DIR/release/standstill"
             ;;
         wide)
             say "code for wide registers"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The site as a static folder: manual with search, lab without a server, gallery of the figures, Python's reference, rustdoc.
+# The site as a static folder: manual with search, lab without a server, Python's reference, rustdoc.
 #
 #     scripts/site.sh FOLDER [--without-rustdoc] [--version NAME]      into FOLDER/NAME; the version of Cargo.toml unless named
 #     scripts/site.sh FOLDER --versions                                lists the versions that are in FOLDER anew, and builds none
@@ -95,12 +95,10 @@ cat >>"$work/docs/SUMMARY.md" <<PAGES
 ---
 
 [The lab](lab-here.md)
-[Gallery of the figures](gallery-here.md)
 [Python's functions](python-here.md)
 PAGES
 here() { printf '# %s\n\n<meta http-equiv="refresh" content="0; url=%s">\n\n[%s](%s)\n' "$2" "$3" "$2" "$3" >"$work/docs/$1-here.md"; }
 here lab "The lab" lab/index.html
-here gallery "Gallery of the figures" gallery/index.html
 python3 crates/python/scripts/write_reference.py >"$work/docs/python-here.md"
 if [ -z "$rustdoc" ]; then
     echo "[The crates](rust-here.md)" >>"$work/docs/SUMMARY.md"
@@ -113,8 +111,6 @@ find "$work/docs" -name '*.md' -exec sed -i -E \
     -e 's#\]\((\.\./)+((README|CHANGELOG|CONTRIBUTING|ARCHITECTURE)\.md)#](\1\2#g' {} +
 
 scripts/lab-static.sh "$work/lab"
-mkdir "$work/gallery"
-cargo run --release --quiet -p standstill-report --example gallery -- "$work/gallery" >/dev/null
 
 # Fonts of the reader's own system: those of mdbook have half a megabyte.
 mkdir -p "$work/theme/fonts"
@@ -139,22 +135,6 @@ text = text[:begin] + short.replace("\\", "\\\\").replace("'", "\\'") + text[end
 open(path, "w", encoding="utf-8").write(text)
 PY
 mv "$work/lab" "$work/site/lab"
-mkdir "$work/site/gallery"
-{
-    printf '<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>Gallery of the figures</title>'
-    printf '<style>body{font:16px sans-serif;max-width:60rem;margin:1rem auto;padding:0 1rem}img{max-width:100%%}h2,code{overflow-wrap:anywhere}</style><h1>Gallery of the figures</h1>'
-    printf '<p>Made by <code>cargo run --release -p standstill-report --example gallery</code>. <a href="../index.html">Back</a></p>'
-    for picture in "$work"/gallery/*.svg; do
-        name=$(basename "$picture" .svg)
-        # Each of them repeats the kind of another figure, with more points or panels.
-        case $name in
-            grid-heat_sensors.noise_inverter.dead_time | nine-wrong_poles_method.name | grid-sweep_sensors.noise) ;;
-            fine-* | grid-* | nine-* | run-* | scattered-* | large_errors-*) continue ;;
-        esac
-        cp "$picture" "$work/site/gallery/"
-        printf '<h2>%s</h2><img loading="lazy" src="%s.svg" alt="%s">\n' "$name" "$name" "$name"
-    done
-} >"$work/site/gallery/index.html"
 size=$(du -sk --apparent-size "$work/site" | cut -f1)
 if [ -z "$rustdoc" ]; then
     cargo doc --workspace --no-deps --quiet

@@ -28,6 +28,10 @@ fn law_a_guide_has_a_question_a_command_a_picture_and_what_comes_next() {
             .map(|part| page.find(part).unwrap_or_else(|| panic!("{name} lacks {part:?}")))
             .collect();
         assert!(places.is_sorted(), "{name}: {places:?}");
+        // A guide begins with one command, and its picture, where a command makes it, stands beside that command.
+        let block = page.split("```").nth(1).expect("a block");
+        let commands = block.lines().filter(|line| line.trim_start_matches("$ ").starts_with("standstill "));
+        assert_eq!(commands.count(), 1, "{name}: {block}");
         // Two screens: prose of at most 600 words, and a table of what a command prints.
         assert!(page.lines().count() <= 90, "{name}: {} lines", page.lines().count());
         let prose: String = page.split("```").step_by(2).collect();
@@ -37,6 +41,37 @@ fn law_a_guide_has_a_question_a_command_a_picture_and_what_comes_next() {
             prose.split_whitespace().count()
         );
     }
+}
+
+/// `scripts/gallery.py` carries the commands out and compares the figures.
+#[test]
+fn law_a_figure_of_the_gallery_stands_beside_the_command_that_makes_it() {
+    let gallery = fs::read_to_string(Path::new(ROOT).join("docs/gallery.md")).expect("the gallery");
+    let mut made = Vec::new();
+    for part in gallery.split("```sh\n").skip(1) {
+        let (commands, after) = part.split_once("```").expect("a block that ends");
+        let figure =
+            after.split("](gallery/").nth(1).and_then(|link| link.split(')').next()).expect("a figure");
+        let first = commands.lines().next().expect("a command");
+        let (command, name) = first.split_once(" --out ").unwrap_or_else(|| panic!("{first}: no --out"));
+        assert!(figure.starts_with(&format!("{name}-")), "{figure} is not of {first}");
+        made.push((figure.to_owned(), command.to_owned()));
+    }
+    let kept = fs::read_dir(Path::new(ROOT).join("docs/gallery")).expect("figures");
+    for file in kept.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()) {
+        assert!(made.iter().any(|(figure, _)| *figure == file), "{file} is not on the page");
+    }
+    let mut of_the_guide = 0;
+    for (name, page) in guides() {
+        for link in page.split("](../gallery/").skip(1) {
+            let link = link.split(')').next().expect("a link");
+            let (_, command) =
+                made.iter().find(|(figure, _)| figure == link).expect("a figure of the gallery");
+            assert!(page.contains(&format!("Made by `{command}`.")), "{name}: {link} is made by {command}");
+            of_the_guide += 1;
+        }
+    }
+    assert!(of_the_guide >= 12, "{of_the_guide}");
 }
 
 /// The words of a command line, with what stands in quotes as one.

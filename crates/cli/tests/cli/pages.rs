@@ -174,3 +174,23 @@ fn slug(heading: &str) -> String {
     let kept = text.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
     kept.map(|c| if c == ' ' { '-' } else { c }).collect()
 }
+
+#[test]
+fn law_the_glossary_explains_each_number_of_a_run_and_each_measure_of_a_limit() {
+    let folder = folder();
+    said(&["run", "outrunner", "--trials", "20", "--out", "run"], folder.path());
+    let summary = fs::read_to_string(folder.path().join("run/summary.json")).expect("a summary");
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    let help = said(&["require", "--help"], folder.path());
+    let measures = help.split("unanswered <= 0.1 %`: ").nth(1).and_then(|rest| rest.split(". Starts").next());
+    let measures =
+        measures.expect("the measures of a limit").split_whitespace().collect::<Vec<_>>().join(" ");
+    let measures = measures.replace(" (the angle is off by more, of all starts)", "");
+    let names = summary["summary"].as_object().expect("a table").keys().cloned();
+    let names: Vec<String> = names.chain(measures.split(", ").map(str::to_owned)).collect();
+    assert!(names.len() > 30, "{names:?}");
+    let glossary = fs::read_to_string(Path::new(ROOT).join("docs/glossary.md")).expect("the glossary");
+    for name in names {
+        assert!(glossary.contains(&format!("`{name}`")), "docs/glossary.md does not explain {name}");
+    }
+}
