@@ -108,7 +108,10 @@ code='(crates|examples|benches|tests|scripts|LICENSE|THIRD-PARTY|CITATION|Cargo)
 if [ -n "$home" ]; then named="[\\1](${home%/}/blob/main/\\3)"; else named='\1 (`\3`)'; fi
 find "$work/docs" -name '*.md' -exec sed -i -E \
     -e "s#\[([^][]*)\]\((\.\./)*(${code}[^)]*)\)#${named}#g" \
-    -e 's#\]\((\.\./)+((README|CHANGELOG|CONTRIBUTING|ARCHITECTURE)\.md)#](\1\2#g' {} +
+    -e 's#\]\((\.\./)+((README|CHANGELOG|CONTRIBUTING|ARCHITECTURE)\.md)#](\1\2#g' \
+    -e 's#(\]\([^)]*)\bREADME\.md#\1index.md#g' {} +
+# README.md becomes index.html, and links to it must say so; the contents keep its name.
+sed -i 's#(\(.*/\)\?index\.md)#(\1README.md)#' "$work/docs/SUMMARY.md"
 
 scripts/lab-static.sh "$work/lab"
 
@@ -141,7 +144,11 @@ if [ -z "$rustdoc" ]; then
     cp -r "$target/doc" "$work/site/rust"
     printf '<meta http-equiv="refresh" content="0; url=standstill_sim/index.html">\n' >"$work/site/rust/index.html"
 fi
-[ "$size" -le 8192 ] || { echo "site.sh: the site has $size kB without rustdoc, needed at most 8192: which files grew?" >&2; exit 1; }
+if [ "$size" -gt 8192 ]; then
+    echo "site.sh: the site has $size kB without rustdoc, needed at most 8192; its largest files:" >&2
+    (cd "$work/site" && find . -type f -not -path './rust/*' -printf '%k kB %p\n' | sort -rn | head -20) >&2
+    exit 1
+fi
 rm -rf "${out:?}/$version"
 mv "$work/site" "$out/$version"
 list

@@ -141,7 +141,11 @@ lab_part() {
         try node tests/pages/lab.mjs static "$target/site" "$target/pictures/static" "$STANDSTILL"
     else
         missing "the target wasm32-unknown-unknown: the lab without a server"
+        return
     fi
+    if ! command -v mdbook >/dev/null; then missing "mdbook (cargo install mdbook --locked): the site"; return; fi
+    try scripts/site.sh "$target/pages" --without-rustdoc --version tried
+    try node tests/pages/site.mjs "$target/pages" "$target/pictures/pages"
 }
 
 case " $parts " in *" python "* | *" cluster "* | *" fmu "*)

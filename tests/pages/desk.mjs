@@ -64,7 +64,8 @@ let quiet = true;
 /** Whether messages of a page are objections. */
 export const listen = on => { quiet = on; };
 
-export async function open(address, name, options = {}) {
+/** A page at this address, with its objections. */
+export async function visit(address, name, options = {}) {
   const page = await browser.newPage();
   page.on('console', message => {
     if (quiet && ['error', 'warning'].includes(message.type()) && !/status of 422/.test(message.text())) {
@@ -80,6 +81,12 @@ export async function open(address, name, options = {}) {
   await page.setViewportSize({ width: options.width ?? 1440, height: options.height ?? 1000 });
   await page.emulateMedia({ colorScheme: options.scheme ?? 'light' });
   await page.goto(address);
+  return page;
+}
+
+/** The lab at this address, once it can be used. */
+export async function open(address, name, options = {}) {
+  const page = await visit(address, name, options);
   await page.waitForSelector('html[data-ready]', { state: 'attached' });
   await settled(page);
   // What `check` recommends is set when it is known.
@@ -137,4 +144,12 @@ export async function end() {
   await browser.close();
   children.forEach(child => child.kill());
   rmSync(profile, { recursive: true, force: true });
+}
+
+/** Says what was found, and ends with a code for it. */
+export function report() {
+  const different = [...new Set(objections)];
+  for (const objection of different) console.error(objection);
+  console.log(different.length ? `${different.length} objections` : 'no objections');
+  process.exitCode = different.length ? 1 : 0;
 }

@@ -14,7 +14,7 @@ import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
 import { advised, broken, doubtful, phone, stale, undo } from './trouble.mjs';
 import { converter, readiness } from './first.mjs';
-import { browser, children, end, expect, ink, lab, listen, objections, open, rms, settled, site, sleep, state, used } from './desk.mjs';
+import { browser, children, end, expect, ink, lab, listen, objections, open, report, rms, settled, site, sleep, state, used } from './desk.mjs';
 
 const words = process.argv.slice(2);
 const isStatic = words[0] === 'static';
@@ -393,7 +393,4 @@ try {
   await end();
   rmSync(desk, { recursive: true, force: true });
 }
-const different = [...new Set(objections)];
-for (const objection of different) console.error(objection);
-console.log(different.length ? `${different.length} objections` : 'no objections');
-process.exitCode = different.length ? 1 : 0;
+report();

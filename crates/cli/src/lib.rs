@@ -188,7 +188,15 @@ fn arguments(words: impl IntoIterator<Item = OsString>) -> Result<Arguments, Err
         | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
             if host::current().is_none() =>
         {
-            error.exit()
+            if error.use_stderr() {
+                error.exit()
+            }
+            let help = error.render();
+            let text = if terminal::colours() { help.ansi().to_string() } else { help.to_string() };
+            match terminal::print(&text) {
+                Ok(()) => std::process::exit(0),
+                Err(error) => error,
+            }
         }
         _ => Error::Arguments(
             as_key(&error).unwrap_or_else(|| command_line::one_line(&error.render().to_string())),

@@ -224,6 +224,11 @@ pub fn changed(mut document: Document, keys: &Keys, shorthands: Shorthands) -> R
     for (option, key, value) in others {
         document.set_value(key, value, Origin::Option(option))?;
     }
+    hosted(document)
+}
+
+/// Sets the detectors that the running program provides, if it provides some: a class of Python.
+pub fn hosted(mut document: Document) -> Result<Document, Error> {
     if let Some((class, provider)) = host::current().as_ref().and_then(|host| host.detector.as_ref()) {
         document.host(class, provider)?;
     }

@@ -13,6 +13,9 @@ static OUTPUT: OnceLock<Option<File>> = OnceLock::new();
 /// other output goes to standard error. For a program that owns its standard output.
 pub fn keep_output() {
     KEPT.store(true, Ordering::Relaxed);
+    // A write beyond the largest file that is allowed (`ulimit -f`, quotas) fails with a message instead of a signal that ends the process.
+    // SAFETY: no function is called at this signal.
+    unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
 }
 
 /// Returns the file for the program's answers, if it is no longer standard output.

@@ -56,13 +56,6 @@ def _words(command: str, source: Source | None) -> tuple[list[str], tuple[str, s
     return [command, *given.words()], given.given
 
 
-def _answer(command: str, source: Source | None, progress: Progress = None, /, **options: Any) -> Any:
-    """What a command prints as JSON. A further command is a function with this call."""
-    words, given = _words(command, source)
-    _, text, _ = _standstill.command([*words, "--json", *_options(options)], given, False, progress)
-    return json.loads(text)
-
-
 #: A class of detectors, or the path of a library.
 Detectors: TypeAlias = Union[Callable[..., Detector], Pathlike, None]
 _Class: TypeAlias = Union[tuple[Callable[..., Detector], str, list[str]], None]
@@ -78,6 +71,18 @@ def _detected(source: Source, detector: Detectors) -> tuple[Scenario, _Class]:
     if not isinstance(detector, (str, os.PathLike)):
         raise TypeError(f"detector: found {detector!r}, needed a class whose objects have `step`, or the path of a library")
     return _scenario(of, **{"detector.library": os.path.abspath(detector)}), None
+
+
+def _answer(
+    command: str, source: Source | None, progress: Progress = None, detector: Detectors = None, more: Sequence[str] = (), /, **options: Any
+) -> Any:
+    """What a command prints as JSON; ``more`` are its words behind the scenario. A further command is a function with this call."""
+    made: _Class = None
+    if detector is not None:
+        source, made = _detected("" if source is None else source, detector)
+    words, given = _words(command, source)
+    _, text, _ = _standstill.command([*words, *more, "--json", *_options(options)], given, False, progress, made)
+    return json.loads(text)
 
 
 def _carried_out(
@@ -279,10 +284,11 @@ def compare(
     rotor: Sequence[Rotor] | Rotor | None = None,
     trials: int | None = None,
     seed: int | None = None,
+    detector: Detectors = None,
     threads: int | None = None,
     progress: Progress = None,
 ) -> list[dict[str, Any]]:
-    """All methods on one motor, a dictionary for each, with the limit that physics sets.
+    """All methods on one motor, a dictionary for each, with the limit that physics sets; ``detector`` is compared with them.
 
     >>> import standstill as st
     >>> rows = st.compare(method=["bipolar", "maximum-likelihood"], errors="default", rotor="locked", trials=30)
@@ -292,7 +298,7 @@ def compare(
     lists = {"method": method, "errors": errors, "rotor": rotor}
     joined = {name: value if value is None or isinstance(value, str) else ",".join(value) for name, value in lists.items()}
     options = {"motor": motor, **joined, "trials": trials, "seed": seed, "threads": threads}
-    answer: list[dict[str, Any]] = _answer("compare", scenario, progress, **options)
+    answer: list[dict[str, Any]] = _answer("compare", scenario, progress, detector, **options)
     return answer
 
 
@@ -347,6 +353,7 @@ def bounds(
     *,
     angles: int | None = None,
     seed: int | None = None,
+    detector: Detectors = None,
     threads: int | None = None,
 ) -> dict[str, Any]:
     """What no method can do better with the same pulses: the Cramér–Rao limit over the rotor's angle.
@@ -356,7 +363,7 @@ def bounds(
     >>> len(limit["angles"]), 0.0 < limit["rms"]["all_deg"] <= limit["rms"]["scheme_deg"]
     (4, True)
     """
-    answer: dict[str, Any] = _answer("bounds", scenario, angles=angles, seed=seed, threads=threads)
+    answer: dict[str, Any] = _answer("bounds", scenario, None, detector, angles=angles, seed=seed, threads=threads)
     return answer
 
 
@@ -405,6 +412,7 @@ def faults(
     method: MethodName | Sequence[MethodName] | None = None,
     trials: int | None = None,
     seed: int | None = None,
+    detector: Detectors = None,
     out: Pathlike | None = None,
     force: bool = False,
     threads: int | None = None,
@@ -418,7 +426,7 @@ def faults(
     'no start'
     """
     answer: dict[str, Any] = _answer(
-        "faults", scenario, progress, mode=mode, method=method, trials=trials, seed=seed, out=out, force=force, threads=threads
+        "faults", scenario, progress, detector, mode=mode, method=method, trials=trials, seed=seed, out=out, force=force, threads=threads
     )
     return answer
 
@@ -431,6 +439,7 @@ def qualify(
     only: str | Sequence[str] | None = None,
     witness: bool = True,
     seed: int | None = None,
+    detector: Detectors = None,
     out: Pathlike | None = None,
     force: bool = False,
     threads: int | None = None,
@@ -444,10 +453,8 @@ def qualify(
     ...
     standstill.Error: cannot read none.toml: No such file or directory (os error 2)
     """
-    words, given = _words("qualify", scenario)
     options = {"only": only, "no_witness": not witness, "seed": seed, "out": out, "force": force, "threads": threads}
-    words = [*words, os.fspath(requirements), "--json", *_options(options)]
-    answer: dict[str, Any] = json.loads(_standstill.command(words, given, False, progress)[1])
+    answer: dict[str, Any] = _answer("qualify", scenario, progress, detector, [os.fspath(requirements)], **options)
     return answer
 
 
@@ -463,6 +470,7 @@ def budget(
     *,
     pairs: int | None = None,
     seed: int | None = None,
+    detector: Detectors = None,
     out: Pathlike | None = None,
     force: bool = False,
     threads: int | None = None,
@@ -475,7 +483,7 @@ def budget(
     >>> answer["method"]
     'bipolar'
     """
-    answer: dict[str, Any] = _answer("budget", scenario, progress, pairs=pairs, seed=seed, out=out, force=force, threads=threads)
+    answer: dict[str, Any] = _answer("budget", scenario, progress, detector, pairs=pairs, seed=seed, out=out, force=force, threads=threads)
     return answer
 
 
@@ -488,6 +496,7 @@ def require(
     between: str | Sequence[str] | None = None,
     most: int | None = None,
     seed: int | None = None,
+    detector: Detectors = None,
     out: Pathlike | None = None,
     force: bool = False,
     threads: int | None = None,
@@ -502,7 +511,7 @@ def require(
     ('at most', True)
     """
     options = {"key": key, "limit": limit, "between": between, "most": most, "seed": seed, "out": out, "force": force}
-    answer: dict[str, Any] = _answer("require", scenario, progress, **options, threads=threads)
+    answer: dict[str, Any] = _answer("require", scenario, progress, detector, **options, threads=threads)
     return answer
 
 
@@ -513,6 +522,7 @@ def odds(
     event: str,
     effort: Effort | None = None,
     seed: int | None = None,
+    detector: Detectors = None,
     out: Pathlike | None = None,
     force: bool = False,
     threads: int | None = None,
@@ -525,7 +535,7 @@ def odds(
     >>> 0.0 < answer["low"] <= answer["probability"] <= answer["high"] < 0.5
     True
     """
-    answer: dict[str, Any] = _answer("odds", scenario, progress, event=event, effort=effort, seed=seed, out=out, force=force, threads=threads)
+    answer: dict[str, Any] = _answer("odds", scenario, progress, detector, event=event, effort=effort, seed=seed, out=out, force=force, threads=threads)
     return answer
 
 
@@ -540,6 +550,7 @@ def tune(
     trials: int | None = None,
     starts: int | None = None,
     seed: int | None = None,
+    detector: Detectors = None,
     out: Pathlike | None = None,
     force: bool = False,
     threads: int | None = None,
@@ -554,7 +565,7 @@ def tune(
     """
     options: dict[str, Any] = {"vary": vary, "minimise": minimise, "subject_to": subject_to, "against": against, "trials": trials}
     options |= {"starts": starts, "seed": seed, "out": out, "force": force, "threads": threads}
-    answer: dict[str, Any] = _answer("tune", scenario, progress, **options)
+    answer: dict[str, Any] = _answer("tune", scenario, progress, detector, **options)
     return answer
 
 
@@ -567,11 +578,13 @@ def explain(
     wrong_poles: bool = False,
     point: int | None = None,
     files: Pathlike | None = None,
+    detector: Callable[..., Detector] | None = None,
     out: Pathlike | None = None,
     force: bool = False,
     progress: Progress = None,
 ) -> dict[str, Any]:
     """Why trials of a finished run ended as they did: what they drew, and each again without one of its errors.
+    A run of a class is repeated with the same class as ``detector``.
 
     >>> import standstill as st, tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -582,5 +595,6 @@ def explain(
     """
     options = {"trial": trial, "worst": worst, "wrong_poles": wrong_poles, "point": point, "files": files, "out": out, "force": force}
     words = ["explain", "--json", os.fspath(folder), *_options(options)]
-    answer: dict[str, Any] = json.loads(_standstill.command(words, None, out is not None, progress)[1])
+    made: _Class = None if detector is None else (detector, _digest.name(detector), takes(detector))
+    answer: dict[str, Any] = json.loads(_standstill.command(words, None, out is not None, progress, made)[1])
     return answer

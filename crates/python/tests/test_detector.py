@@ -449,6 +449,54 @@ def test_law_a_trace_shows_the_drive_of_a_class():
         st.trace("trials = 5", detector=lambda: 1 / 0)
 
 
+class Six:
+    """Six pulses, each the other way of another, and the axis from their currents; the pole from what they differ by."""
+
+    def __init__(self):
+        ways = [("high", "low", "off"), ("off", "high", "low"), ("low", "off", "high")]
+        self.left = [way for pair in [(way, tuple({"high": "low", "low": "high"}.get(leg, leg) for leg in way)) for way in ways] for way in pair]
+        self.sums = []
+
+    def step(self, readings):
+        if len(readings):
+            self.sums.append(np.abs(readings[-1, 1:4]).max())
+        if self.left:
+            return st.Drive([st.Stage(self.left.pop(0), 80e-6), st.Stage(OFF, 600e-6)], first=80e-6)
+        lines = np.array(self.sums).reshape(3, 2)
+        second = (lines.mean(axis=1) * np.exp(2j * np.radians([-30.0, 90.0, 210.0]))).sum()
+        axis = np.angle(second) / 2
+        first = ((lines[:, 0] - lines[:, 1]) * np.exp(1j * np.radians([-30.0, 90.0, 210.0]))).sum()
+        return st.Found(np.degrees(axis) + (0.0 if (first * np.exp(-1j * axis)).real > 0.0 else 180.0))
+
+
+def test_law_questions_take_a_class_as_runs_do(tmp_path):
+    scenario = 'motor = "paper-5k5"\ntrials = 60'
+    run = st.run(scenario, detector=Six, out=tmp_path / "run")
+    assert run.summary["found"] == 60 and run.summary["rms_deg"]["value"] < 8.0
+    rows = st.compare(scenario, method="bipolar", errors="default", rotor="locked", detector=Six)
+    assert [row["method"].split(".")[-1] for row in rows] == ["Six", "bipolar"]
+    # The rows of the class are those of its run: the same draws of the same seed.
+    assert rows[0]["rms_deg"] == pytest.approx(run.summary["rms_deg"]["value"], rel=1e-6)
+    shares = st.budget(scenario, pairs=100, detector=Six)
+    assert "Six" in shares["method"]
+    twice = 2 * run.summary["rms_deg"]["value"]
+    answer = st.require(scenario, key="sensors.gain_error", limit=f"rms <= {twice} deg", most=1000, detector=Six)
+    assert answer["answer"] == "at most"
+    half = st.odds(scenario, event="|e| > 3 deg", effort="quick", detector=Six)
+    share = (np.abs(run["axis_error_deg"]) > 3.0).mean()
+    assert half["low"] - 0.2 <= share <= half["high"] + 0.2
+    open_phase = st.faults(scenario, mode="phase-open", trials=40, detector=Six)
+    assert open_phase["rows"][1]["trials"] == 40
+    worst = int(run["trial"][np.abs(run["axis_error_deg"]).argmax()])
+    again = st.explain(tmp_path / "run", worst=1, detector=Six)
+    assert again["trials"][0]["trial"] == worst
+    with pytest.raises(st.Error, match="a class that this run does not have"):
+        st.explain(tmp_path / "run", worst=1)
+    (tmp_path / "needs.toml").write_text('[[requirement]]\nid = "A"\ntext = "angle"\nlimit = "rms <= 20 deg"\n')
+    verdict = st.qualify(scenario, tmp_path / "needs.toml", witness=False, detector=Six)
+    assert verdict["requirements"][0]["verdict"] == "passed"
+
+
 def test_law_its_files_are_those_of_any_run(tmp_path):
     memory = st.run("trials = 50", detector=Lines)
     for format in ("csv", "parquet"):

@@ -126,6 +126,11 @@ pub(super) fn changes(bench: &Bench<'_>, methods: &[MethodName], stalled: Option
 /// Lists the changes by which more current flows. `link`: voltage of the DC link in V. `range`: largest current in A that the sensors read.
 fn currents(bench: &Bench<'_>, stalled: Option<f64>, link: f64, range: f64) -> Vec<Change> {
     let mut changes = Vec::new();
+    // A link far below that of the data sheet is tried at the latter first.
+    if let Some(voltage) = bench.motor.dc_link.filter(|voltage| stalled.is_some() && *voltage > 1.01 * link) {
+        let words = format!("the data sheet's DC link of {voltage} V");
+        changes.push(keyed(&words, "inverter.dc_link", format!("{voltage} V")));
+    }
     for factor in
         stalled.into_iter().flat_map(|reached| [1.2, 3.0].map(|more| more * bench.most_current / reached))
     {

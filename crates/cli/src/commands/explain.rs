@@ -18,6 +18,7 @@ use crate::answer::{Answer, Made, Record};
 use crate::arguments::Explain as Options;
 use crate::error::Error;
 use crate::results::{FinishedRun, say_extension};
+use crate::scenario::hosted;
 use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
 use crate::shell::command_line::{quoted, set, typed};
@@ -80,7 +81,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
 fn plan(run: &FinishedRun, options: &Options) -> Result<Plan, Error> {
     let place = options.files.as_deref().unwrap_or_else(|| Path::new("")).join("scenario");
     let recorded = &run.summary.run;
-    let plan = Plan::new(Document::parse(&place, &recorded.scenario)?)?;
+    let plan = Plan::new(hosted(Document::parse(&place, &recorded.scenario)?)?)?;
     let mut now = Sweep { plan: &plan, shard: Shard::WHOLE, threads: None }.identity()?;
     // A number that is written and read again may have other digits for the same value.
     now.scenario.clone_from(&recorded.scenario);

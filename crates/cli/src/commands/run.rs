@@ -71,6 +71,8 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
         // A host program that contains this library cannot be started again as a worker.
         return Err(Error::Arguments("--isolate needs a process of the program `standstill`".to_owned()));
     }
+    // A plan of many points takes time, and an interrupt finds nothing to keep.
+    interrupt::at_once();
     let plan = if options.isolate { isolated::plan(&document)? } else { Plan::new(document)? };
     let trials = Trials { plan: &plan, shard: options.shard, threads: options.threads.map(usize::from) };
     let identity = trials.identity()?;

@@ -8,6 +8,7 @@ use standstill_files::read_text;
 use standstill_plant::built_in;
 
 use crate::error::Error;
+use crate::shell::command_line::is_quoted;
 use crate::shell::host;
 use crate::shell::output::replace;
 
@@ -49,11 +50,13 @@ impl Begun {
         let _ = std::fs::remove_file(folder.join(NOTE));
     }
 
-    /// Reads the note of a run. Returns none if the note is missing, or if the scenario's path leads to no file from the present working
-    /// directory.
+    /// Reads the note of a run. Returns none if the note is missing, if the scenario's path leads to no file from the present working
+    /// directory, or if a line is not as this program writes command lines: a folder may come from somebody else.
     pub fn of(folder: &Path) -> Option<Self> {
         let begun: Self = serde_json::from_str(&read_text(&folder.join(NOTE)).ok()?).ok()?;
         let is_there = Path::new(&begun.scenario).is_file() || built_in(&begun.scenario).is_some();
-        is_there.then_some(begun)
+        let commands = [Some(&begun.typed), begun.check.as_ref()].into_iter().flatten();
+        let are_own = commands.into_iter().all(|line| line.starts_with("standstill ") && is_quoted(line));
+        (is_there && are_own && is_quoted(&begun.line)).then_some(begun)
     }
 }

@@ -21,6 +21,24 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
+/// Returns true if a line consists of words as [`quoted`] writes them, so that a shell reads nothing but words.
+pub fn is_quoted(line: &str) -> bool {
+    let mut words = vec![String::new()];
+    let mut rest = line.chars();
+    let mut is_inside = false;
+    while let Some(c) = rest.next() {
+        let word = words.last_mut().expect("a word");
+        match c {
+            '\'' => is_inside = !is_inside,
+            ' ' if !is_inside => words.push(String::new()),
+            '\\' if !is_inside && rest.next() == Some('\'') => word.push('\''),
+            c => word.push(c),
+        }
+    }
+    let again: Vec<String> = words.iter().map(|word| quoted(word)).collect();
+    again.join(" ") == line && !line.chars().any(char::is_control)
+}
+
 /// Returns the command-line option that sets a key, with a leading space.
 pub fn set(key: &str, value: &str) -> String {
     set_pair(&format!("{key}={value}"))
@@ -127,6 +145,20 @@ mod tests {
         for (word, expected) in [("a=1.5", "a=1.5"), ("noise=20 mA", "'noise=20 mA'"), ("it's", r"'it'\''s'")]
         {
             assert_eq!(quoted(word), expected);
+            assert!(is_quoted(&format!("standstill run {expected} -s a=1")), "{expected}");
+        }
+        for line in [
+            "standstill run a; rm -rf b",
+            "run $(x)",
+            "a | b",
+            "a 'b",
+            "a\\b",
+            "a 'b\u{1b}[2J'",
+            "a  b",
+            "a `b`",
+            "'a'",
+        ] {
+            assert!(!is_quoted(line), "{line}");
         }
     }
 }

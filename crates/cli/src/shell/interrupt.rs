@@ -1,7 +1,7 @@
 //! Handling of Ctrl-C: the present block of trials is finished, and all results so far are kept.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, Once, PoisonError};
 
 use super::{host, output};
 use crate::shell::terminal::tell;
@@ -35,7 +35,7 @@ pub fn at_once() {
 }
 
 /// Calls a function at the first interrupt. A second interrupt ends the process at once.
-pub fn then(act: impl Fn() + Send + 'static) {
+pub fn then(act: impl Fn() + Send + Sync + 'static) {
     let seen = AtomicBool::new(false);
     handle(move || {
         let again = seen.swap(true, Ordering::SeqCst);
@@ -65,16 +65,26 @@ fn end_if_hanging() {
     });
 }
 
-fn handle(ends: impl Fn() -> bool + Send + 'static) {
+/// Answer to an interrupt: true if the process ends at once. The newest one counts.
+type Ends = Arc<dyn Fn() -> bool + Send + Sync>;
+
+static ENDS: Mutex<Option<Ends>> = Mutex::new(None);
+static SET: Once = Once::new();
+
+fn handle(ends: impl Fn() -> bool + Send + Sync + 'static) {
     // A host program handles its interrupts itself.
     if host::current().is_some() {
         return;
     }
+    *ENDS.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(ends));
     // If no handler can be set, an interrupt ends the process at once, which loses no finished file either.
-    let _ = ctrlc::set_handler(move || {
-        if ends() {
-            output::abandon();
-            std::process::exit(i32::from(INTERRUPTED));
-        }
+    SET.call_once(|| {
+        let _ = ctrlc::set_handler(|| {
+            let ends = ENDS.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            if ends.is_some_and(|ends| ends()) {
+                output::abandon();
+                std::process::exit(i32::from(INTERRUPTED));
+            }
+        });
     });
 }

@@ -56,9 +56,33 @@ pub fn paint(tone: Tone, word: &str, colours: bool) -> String {
     }
 }
 
+/// Escapes control characters of a text, because names and titles of files must not control the terminal. Line ends, tabs and the
+/// colours of [`paint`] stay.
+fn visible(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        let colour = rest.strip_prefix("\u{1b}[").and_then(|codes| codes.split_once('m'));
+        let colour = colour.filter(|(codes, _)| codes.chars().all(|c| c.is_ascii_digit() || c == ';'));
+        if let Some((_, after)) = colour {
+            let (sequence, left) = rest.split_at(rest.len() - after.len());
+            shown.push_str(sequence);
+            rest = left;
+            continue;
+        }
+        if c.is_control() && !matches!(c, '\n' | '\t') {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
+        rest = &rest[c.len_utf8()..];
+    }
+    shown
+}
+
 /// Writes to standard output. A reader that stops reading (`| head`) does not cause an error.
 pub fn print(text: &str) -> Result<(), Error> {
-    match write(text) {
+    match write(&visible(text)) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Error::Write("standard output".into(), error))
         }

@@ -334,6 +334,7 @@ fn law_where_the_link_drives_no_more_current_a_higher_link_is_tried() {
     let changes: Vec<&str> =
         found["advice"].as_array().expect("a list").iter().filter_map(|of| of["change"].as_str()).collect();
     assert!(changes.iter().any(|change| change.starts_with("a DC link of ")), "{changes:?}");
+    assert!(changes.contains(&"the data sheet's DC link of 48 V"), "{changes:?}");
     assert!(!changes.iter().any(|change| change.contains("times the current")), "{changes:?}");
     let peak = |rotor: &str| found["candidates"][0][rotor]["peak_current_a"].as_f64().expect("amperes");
     assert!(peak("locked") > 10.0 && peak("locked") < 36.0, "{found}");

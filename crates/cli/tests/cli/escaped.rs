@@ -7,7 +7,7 @@ use std::path::Path;
 use super::{folder, standstill};
 
 /// What a text may be that somebody else wrote.
-const TEXT: &str = "</script><script>alert(1)</script></text><img src=x onerror=alert(1)><!-- \"'&";
+const TEXT: &str = "</script><script>alert(1)</script></text><img src=x onerror=alert(1)><!-- \"'&\u{1b}]0;x\u{7}\u{1b}[2J\u{85}";
 /// What the name of a file or a folder may be.
 const NAME: &str = "<script>alert(1)<img src=x onerror=alert(1)><!-- \"'&";
 
@@ -34,6 +34,11 @@ fn drawn(at: &Path, below: &str, found: &mut Vec<(String, String)>) {
     }
 }
 
+/// Whether a text has characters that drive a terminal, beside line ends and tabs.
+fn is_driven(text: &str) -> bool {
+    text.chars().any(|c| c.is_control() && !matches!(c, '\n' | '\t' | '\r'))
+}
+
 /// The same commands about files with harmless names and texts and about hostile ones: their pages and figures have tags of the same names.
 #[test]
 fn law_hostile_names_add_no_tag_to_any_page_or_figure() {
@@ -44,14 +49,19 @@ fn law_hostile_names_add_no_tag_to_any_page_or_figure() {
     let of = |place: &str, name: &str, text: &str| -> Vec<(String, String)> {
         let at = folder.path().join(place);
         fs::create_dir(&at).expect("made");
-        let quoted = format!("'''{text}'''");
+        let quoted = toml::Value::from(text).to_string();
         let title = sheet.lines().find(|line| line.starts_with("title = ")).expect("a title");
         let [motor, scenario, run] = ["motor.toml", "scenario.toml", "run"].map(|end| format!("{name}{end}"));
         fs::write(at.join(&motor), sheet.replace(title, &format!("title = {quoted}"))).expect("written");
-        let of_motor = format!("motor = '''{motor}'''\ntrials = 60\ndetector.method = \"bipolar\"\n");
+        let of_motor = format!(
+            "motor = {}\ntrials = 60\ndetector.method = \"bipolar\"\n",
+            toml::Value::from(motor.as_str())
+        );
         fs::write(at.join(&scenario), of_motor).expect("written");
+        let visible: String = text.chars().filter(|c| !c.is_control()).collect();
+        let id = toml::Value::from(visible);
         let list = format!(
-            "odds = \"off\"\ntrials = 100\n[[requirement]]\nid = {quoted}\ntext = {quoted}\nlimit = \"rms <= 6 deg\"\n"
+            "odds = \"off\"\ntrials = 100\n[[requirement]]\nid = {id}\ntext = {quoted}\nlimit = \"rms <= 6 deg\"\n"
         );
         fs::write(at.join("r.toml"), list).expect("written");
         let trace = format!("{root}/examples/traces/six_vectors.csv");
@@ -67,7 +77,8 @@ fn law_hostile_names_add_no_tag_to_any_page_or_figure() {
             "--no-limit",
         ];
         for words in [
-            &["run", &scenario, "--out", &run][..],
+            &["motors", &motor][..],
+            &["run", &scenario, "--out", &run],
             &["sweep", &scenario, "--vary", "errors=default,harsh", "--out", "b"],
             &["report", &run, "--out", "report-a"],
             &["report", "b", "--out", "report-b"],
@@ -86,6 +97,8 @@ fn law_hostile_names_add_no_tag_to_any_page_or_figure() {
             let output = standstill(words, &at);
             let said = String::from_utf8_lossy(&output.stderr);
             assert!(output.status.code().is_some_and(|code| code != 2), "{words:?}: {said}");
+            let said = String::from_utf8_lossy(&output.stdout);
+            assert!(!is_driven(&said), "{words:?} sends control characters: {said:?}");
         }
         let mut found = Vec::new();
         drawn(&at, ".", &mut found);
@@ -97,6 +110,7 @@ fn law_hostile_names_add_no_tag_to_any_page_or_figure() {
     for ((name, plain), (other, hostile)) in plain.iter().zip(&hostile) {
         assert_eq!(name, other);
         assert!(tags(plain) == tags(hostile), "{name} has other tags");
+        assert!(!is_driven(hostile), "{name} has control characters");
         assert!(!hostile.contains("<img") && !hostile.contains("<script>alert"), "{name}");
         pages += 1;
         named += usize::from(hostile.contains("alert(1)"));

@@ -103,3 +103,80 @@ fn law_what_detects_is_built_without_what_it_detects() {
         assert!(!fields.lines().any(|line| line.trim().starts_with("pub ") && line.contains(word)), "{word}");
     }
 }
+
+/// The folders below `crates/` or the root in which the tests of a documented command stand.
+fn places(package: Option<&str>, target: Option<&str>, is_unit: bool) -> Vec<PathBuf> {
+    let root = Path::new(ROOT);
+    let base = match package {
+        None => root.to_owned(),
+        Some("standstill") => root.join("crates/cli"),
+        Some("standstill-fuzz") => root.join("tests/fuzz"),
+        Some(name) => {
+            root.join("crates").join(name.strip_prefix("standstill-").expect("a crate of this workspace"))
+        }
+    };
+    match target {
+        Some(target) => {
+            vec![base.join("tests").join(target), base.join("tests").join(format!("{target}.rs"))]
+        }
+        None if is_unit => vec![base.join("src")],
+        None => vec![base.join("src"), base.join("tests"), base.join("crates")],
+    }
+}
+
+/// `cargo test` ends with 0 where no test has the name that it is given.
+#[test]
+fn law_each_documented_command_of_tests_names_a_test_that_exists() {
+    let root = Path::new(ROOT);
+    let (mut commands, mut wrong) = (0, Vec::new());
+    for page in ["docs", "docs/guide", "docs/notes"].into_iter().flat_map(crate::pages::pages_in) {
+        let text = fs::read_to_string(root.join(&page)).expect("readable");
+        for command in text.split("cargo test ").skip(1) {
+            let command = command.split(['`', '\n', '(', ';', '&', '|', '#']).next().unwrap_or_default();
+            let (mut package, mut target, mut filters, mut is_unit) = (None, None, Vec::new(), false);
+            let mut words = command.split_whitespace();
+            while let Some(word) = words.next() {
+                match word {
+                    "-p" => package = words.next(),
+                    "--test" => target = words.next(),
+                    "--features" | "--config" => drop(words.next()),
+                    "--lib" => is_unit = true,
+                    word if word.starts_with('-') => {}
+                    // NAME stands for any.
+                    filter if filter.chars().any(char::is_lowercase) => filters.push(filter),
+                    _ => {}
+                }
+            }
+            let mut files = Vec::new();
+            for place in places(package, target, is_unit) {
+                if place.is_dir() {
+                    below(&place, &mut files);
+                } else if place.exists() {
+                    files.push(place);
+                }
+            }
+            if files.is_empty() {
+                wrong.push(format!("{}: cargo test {command}: no such tests", page.display()));
+            }
+            for filter in &filters {
+                let names = |file: &PathBuf| {
+                    let module = file.with_extension("").to_string_lossy().replace(['/', '\\'], "::");
+                    let text = fs::read_to_string(file).expect("text");
+                    let mut tests = text.split("#[test]").skip(1).filter_map(|rest| rest.split("fn ").nth(1));
+                    // The file is a module of the test's path.
+                    tests.any(|name| {
+                        format!("{module}::{}", name.split('(').next().unwrap_or_default()).contains(filter)
+                    })
+                };
+                assert!(
+                    files.iter().any(names),
+                    "{}: cargo test {command}: no test has {filter}",
+                    page.display()
+                );
+            }
+            commands += 1;
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(commands > 50, "{commands}");
+}

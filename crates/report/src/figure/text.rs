@@ -80,7 +80,7 @@ pub(super) fn pieces(text: &str) -> Vec<Piece<'_>> {
 
 /// Returns the text as content of an element.
 pub(super) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    crate::page::printable(text.to_owned()).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// Breaks a text into lines no wider than `limit`, between its words. If one of them is wider, such as a path, sets the text as [`fit`] does.

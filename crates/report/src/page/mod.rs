@@ -148,11 +148,20 @@ pub enum PageError {
     },
 }
 
+/// Replaces control characters other than line ends and tabs, which texts from files can have and HTML forbids.
+pub(crate) fn printable(text: String) -> String {
+    let is_printable = |c: char| !c.is_control() || matches!(c, '\n' | '\r' | '\t');
+    if text.chars().all(is_printable) {
+        return text;
+    }
+    text.chars().map(|c| if is_printable(c) { c } else { char::REPLACEMENT_CHARACTER }).collect()
+}
+
 impl Page {
     /// Returns the page as an HTML document.
     pub fn html(&self) -> Result<String, PageError> {
         self.check()?;
-        render::page(self)
+        render::page(self).map(printable)
     }
 
     fn check(&self) -> Result<(), PageError> {

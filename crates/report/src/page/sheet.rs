@@ -87,7 +87,7 @@ impl Sheet {
                 }
             }
         };
-        document.into_string()
+        super::printable(document.into_string())
     }
 }
 

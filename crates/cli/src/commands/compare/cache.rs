@@ -2,7 +2,7 @@
 //!
 //! A cache entry contains everything that the limit depends on: the program including its build, the version of its
 //! numerics, the angles, and the whole scenario. An entry is therefore never outdated: an entry of another program or
-//! scenario is not used.
+//! scenario is not used. A checksum precedes it: an entry with other bytes is not used either.
 
 use std::fs;
 use std::io::Write as _;
@@ -61,7 +61,7 @@ pub fn limit<E>(
     });
     if let Some((path, of)) = &place
         && let Ok(bytes) = read_at_most(path, MOST_BYTES)
-        && let Ok((known, bound)) = postcard::from_bytes::<Kept>(&bytes)
+        && let Some((known, bound)) = unpacked(&bytes)
         && known == *of
     {
         return Ok((bound, None));
@@ -80,9 +80,23 @@ fn write(path: &std::path::Path, kept: &Kept) -> std::io::Result<()> {
     fs::create_dir_all(folder)?;
     remove_stale(folder);
     let mut file = tempfile::Builder::new().prefix(&unfinished_prefix()).tempfile_in(folder)?;
-    file.write_all(&postcard::to_stdvec(kept).map_err(std::io::Error::other)?)?;
+    file.write_all(&packed(kept).map_err(std::io::Error::other)?)?;
     file.persist(path)?;
     Ok(())
+}
+
+/// Returns the bytes of an entry behind their checksum.
+fn packed(kept: &Kept) -> Result<Vec<u8>, postcard::Error> {
+    let bytes = postcard::to_stdvec(kept)?;
+    let mut all = Digest::of(&bytes).crc32.to_le_bytes().to_vec();
+    all.extend(bytes);
+    Ok(all)
+}
+
+/// Reads the bytes of an entry. None if they are not as they were written.
+fn unpacked(all: &[u8]) -> Option<Kept> {
+    let (sum, bytes) = all.split_first_chunk::<4>()?;
+    (Digest::of(bytes).crc32.to_le_bytes() == *sum).then(|| postcard::from_bytes(bytes).ok()).flatten()
 }
 
 #[cfg(test)]
@@ -98,7 +112,12 @@ mod tests {
             hybrid_all_deg: Some(0.3),
         };
         let kept: Kept = (String::new(), Some(all));
-        let bytes = postcard::to_stdvec(&kept).expect("bytes");
-        assert_eq!(postcard::from_bytes(&bytes), Ok(kept));
+        let bytes = packed(&kept).expect("bytes");
+        assert_eq!(unpacked(&bytes), Some(kept));
+        for bit in 0..8 * bytes.len() {
+            let mut changed = bytes.clone();
+            changed[bit / 8] ^= 1 << (bit % 8);
+            assert_eq!(unpacked(&changed), None, "bit {bit}");
+        }
     }
 }

@@ -13,9 +13,12 @@ use crate::error::Error;
 use crate::scenario::{self, Shipped, Shorthands};
 use crate::shell::values::each_once;
 
+/// Keys that name a detector of the user's own: a library, a class of Python.
+const OWN: [&str; 2] = ["detector.library", "detector.python"];
+
 /// A row of the comparison before its trials have run: method, conditions and number of trials.
 pub struct Cell {
-    /// Name of the method or of the library.
+    /// Name of the method or of the detector of the user's own.
     pub method: String,
     pub rotor: Rotor,
     pub errors: ErrorSet,
@@ -76,13 +79,13 @@ impl Comparison {
         let asked =
             if options.method.is_empty() { one } else { Some(each_once(options.method.iter().copied())) };
         let trials = is_set("trials").then_some(file.trials);
-        // A library is compared with all methods, or with the methods that the user names.
-        let library = comparison.document.get("detector.library").is_some();
+        // A detector of the user's own is compared with all methods, or with the methods that the user names.
+        let own = OWN.iter().any(|key| is_set(key));
         let own_name = file.detector.name().to_owned();
         // Methods whose sensors this drive has.
         let served = file.served();
         let methods = asked.as_deref().unwrap_or(&served).iter().map(|method| Some(*method));
-        for method in library.then_some(None).into_iter().chain(methods) {
+        for method in own.then_some(None).into_iter().chain(methods) {
             for &rotor in &rotors {
                 for &errors in &errors {
                     // A load has no effect on a locked rotor. Beside other rotors it is left out for the locked one; if all rotors are
@@ -127,8 +130,10 @@ impl Comparison {
         let mut document = self.document.clone();
         let method = method.map(|method| ("--method", "detector.method", method.name()));
         if method.is_some() {
-            // Keys that only a library has.
-            document.remove("detector.library");
+            // Keys that only a detector of the user's own has.
+            for key in OWN {
+                document.remove(key);
+            }
             document.remove("detector.config");
         }
         let conditions = [("--rotor", "rotor.state", rotor.name()), ("--errors", "errors", errors.name())];

@@ -108,13 +108,7 @@ fn law_a_disk_that_is_really_full_is_named_and_the_run_goes_on_with_room() {
         mount.is_ok_and(|output| output.status.success())
     };
     if !mounted("size=256k") {
-        // Without leave to mount: what a program prints there is lost.
-        let device = fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
-        let mut motors = Command::new(env!("CARGO_BIN_EXE_standstill"));
-        let output = motors.arg("motors").stdout(device).output().expect("it starts");
-        assert_eq!(output.status.code(), Some(2));
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert!(said.contains("standard output: No space left on device"), "{said}");
+        // Without leave to mount.
         return;
     }
     let unmount = Unmount(&full);
@@ -178,4 +172,52 @@ fn law_a_folder_that_may_not_be_written_is_named_before_the_first_trial() {
         assert!(named, "{words:?}: {message}");
     }
     drop(unmount);
+}
+
+#[test]
+fn law_an_answer_that_cannot_be_printed_is_no_success() {
+    for words in [&["motors"][..], &["--help"], &["--version"], &["help", "odds"], &["run", "--help"]] {
+        let device = fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
+        let mut program = Command::new(env!("CARGO_BIN_EXE_standstill"));
+        let output = program.args(words).stdout(device).output().expect("it starts");
+        assert_eq!(output.status.code(), Some(2), "{words:?}");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(said.contains("standard output: No space left on device"), "{words:?}: {said}");
+    }
+}
+
+/// A limit of the size of files (`ulimit -f`, a quota) ends a run with a message and a journal that goes on.
+#[test]
+fn law_a_file_that_may_not_grow_is_named_and_the_run_goes_on_without_the_limit() {
+    let folder = crate::folder();
+    let at = folder.path();
+    fs::write(at.join("s.toml"), "trials = 4000\n[detector]\nmethod = \"bipolar\"\n").expect("written");
+    let program = env!("CARGO_BIN_EXE_standstill");
+    let limited = format!("ulimit -f 64 && exec '{program}' run s.toml --out o");
+    let output = Command::new("sh").args(["-c", &limited]).current_dir(at).output().expect("it starts");
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("File too large") && said.contains("run.journal"), "{said}");
+    assert!(crate::standstill(&["run", "s.toml", "--out", "o", "--resume"], at).status.success());
+    assert!(crate::standstill(&["run", "s.toml", "--out", "whole"], at).status.success());
+    let of = |out: &str| fs::read(at.join(out).join("trials.csv")).expect("written");
+    assert!(of("o") == of("whole"));
+}
+
+/// A folder may come from somebody else: its hidden note proposes no command that this program did not write.
+#[test]
+fn law_a_command_of_another_program_in_a_folder_is_not_proposed() {
+    let folder = crate::folder();
+    let at = folder.path();
+    fs::write(at.join("s.toml"), "trials = 4000\n[detector]\nmethod = \"bipolar\"\n").expect("written");
+    let program = env!("CARGO_BIN_EXE_standstill");
+    let limited = format!("ulimit -f 64 && exec '{program}' run s.toml --out o");
+    Command::new("sh").args(["-c", &limited]).current_dir(at).output().expect("it starts");
+    let said = || String::from_utf8(crate::standstill(&["status", "o"], at).stdout).expect("text");
+    assert!(said().contains("standstill run s.toml --out o --resume"), "{}", said());
+    let note = at.join("o/.standstill-scenario.json");
+    let text = fs::read_to_string(&note).expect("a note");
+    fs::write(&note, text.replace("\"standstill run", "\"rm -rf important; standstill run"))
+        .expect("written");
+    assert!(!said().contains("rm -rf") && said().contains("--resume"), "{}", said());
 }
