@@ -119,7 +119,7 @@ static struct { unsigned CCR1, CCR2, CCR3, ARR; } tim1;
 #define ADC2 (&adc2)
 #define TIM1 (&tim1)
 static struct { float Ld; } motor;
-static struct { int done, calls; float angle, first_harmonic, noise; } hfi;
+static struct { int done, calls; float angle, first_harmonic, noise, duration; } hfi;
 static void hfi_start(void) { tim1.ARR = 1000; tim1.CCR1 = 510; tim1.CCR2 = tim1.CCR3 = 500; }
 static void hfi_interrupt(void)
 {

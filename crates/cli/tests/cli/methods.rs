@@ -379,6 +379,11 @@ fn law_limits_are_computed_once_for_each_scenario() {
     let place = bytes.windows(8).position(|some| some == limit).expect("the limit");
     bytes[place..place + 8].copy_from_slice(&0.5_f64.to_le_bytes());
     std::fs::write(&file, &bytes).expect("written");
+    // An entry whose checksum does not fit is computed anew.
+    assert_eq!(compare(&["--trials", "5"]), first);
+    let sum = standstill_plant::Digest::of(&bytes[4..]).crc32.to_le_bytes();
+    bytes[..4].copy_from_slice(&sum);
+    std::fs::write(&file, &bytes).expect("written");
     assert_eq!(compare(&["--trials", "5"]), Some(0.5));
     // Another scenario has its own, and another program's is not found.
     assert_ne!(compare(&["--trials", "3", "-s", "sensors.noise=20 mA"]), Some(0.5));

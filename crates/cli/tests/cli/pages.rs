@@ -175,6 +175,20 @@ fn slug(heading: &str) -> String {
     kept.map(|c| if c == ' ' { '-' } else { c }).collect()
 }
 
+/// Splits a list at commas that stand in no brackets.
+fn split_outside(list: &str) -> Vec<String> {
+    let (mut parts, mut depth) = (vec![String::new()], 0);
+    for c in list.chars() {
+        depth += i32::from(c == '(') - i32::from(c == ')');
+        if c == ',' && depth == 0 {
+            parts.push(String::new());
+        } else {
+            parts.last_mut().expect("a part").push(c);
+        }
+    }
+    parts.iter().map(|part| part.trim().to_owned()).collect()
+}
+
 #[test]
 fn law_the_glossary_explains_each_number_of_a_run_and_each_measure_of_a_limit() {
     let folder = folder();
@@ -185,9 +199,10 @@ fn law_the_glossary_explains_each_number_of_a_run_and_each_measure_of_a_limit() 
     let measures = help.split("unanswered <= 0.1 %`: ").nth(1).and_then(|rest| rest.split(". Starts").next());
     let measures =
         measures.expect("the measures of a limit").split_whitespace().collect::<Vec<_>>().join(" ");
-    let measures = measures.replace(" (the angle is off by more, of all starts)", "");
+    // What stands in brackets behind a name explains it; those of `P(|e| > X)` are part of the name.
+    let without = |name: &str| name.split(" (").next().unwrap_or_default().to_owned();
     let names = summary["summary"].as_object().expect("a table").keys().cloned();
-    let names: Vec<String> = names.chain(measures.split(", ").map(str::to_owned)).collect();
+    let names: Vec<String> = names.chain(split_outside(&measures).iter().map(|name| without(name))).collect();
     assert!(names.len() > 30, "{names:?}");
     let glossary = fs::read_to_string(Path::new(ROOT).join("docs/glossary.md")).expect("the glossary");
     for name in names {

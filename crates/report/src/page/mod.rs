@@ -148,8 +148,14 @@ pub enum PageError {
     },
 }
 
-/// Replaces control characters other than line ends and tabs, which texts from files can have and HTML forbids.
-pub(crate) fn printable(text: String) -> String {
+/// Replaces control characters other than line ends and tabs, which texts from files can have and HTML and XML forbid, by U+FFFD.
+///
+/// ```
+/// use standstill_report::page::printable;
+///
+/// assert_eq!(printable("a\u{1b}[2J\n".to_owned()), "a\u{fffd}[2J\n");
+/// ```
+pub fn printable(text: String) -> String {
     let is_printable = |c: char| !c.is_control() || matches!(c, '\n' | '\r' | '\t');
     if text.chars().all(is_printable) {
         return text;

@@ -65,7 +65,7 @@ fn escaped(text: &str) -> String {
         ("\r", "&#13;"),
     ];
     let text = ENTITIES.iter().fold(text.to_owned(), |text, (of, entity)| text.replace(of, entity));
-    text.replace(|c| c < ' ' || matches!(c, '\u{fffe}' | '\u{ffff}'), "\u{fffd}")
+    text.replace(|c: char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}'), "\u{fffd}")
 }
 
 #[cfg(test)]
