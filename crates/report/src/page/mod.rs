@@ -167,7 +167,13 @@ impl Page {
     /// Returns the page as an HTML document.
     pub fn html(&self) -> Result<String, PageError> {
         self.check()?;
-        render::page(self).map(printable)
+        let html = render::page(self)?;
+        if render::PLOTLY.is_empty() {
+            return Ok(printable(html));
+        }
+        // The library of charts has control characters in its own texts.
+        let parts: Vec<String> = html.split(render::PLOTLY).map(|part| printable(part.to_owned())).collect();
+        Ok(parts.join(render::PLOTLY))
     }
 
     fn check(&self) -> Result<(), PageError> {

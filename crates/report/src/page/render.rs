@@ -10,9 +10,9 @@ use std::fmt::Write;
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 #[cfg(feature = "interactive")]
-const PLOTLY: &str = include_str!("../../assets/plotly-cartesian.min.js");
+pub(super) const PLOTLY: &str = include_str!("../../assets/plotly-cartesian.min.js");
 #[cfg(not(feature = "interactive"))]
-const PLOTLY: &str = "";
+pub(super) const PLOTLY: &str = "";
 
 /// Content security policy: nothing may be fetched. Plotly needs neither `eval` nor workers.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
