@@ -6,7 +6,7 @@ use standstill_analysis::{
 };
 
 use super::file::Written;
-use super::words::{Checked, settings};
+use super::words::{Checked, estimate_beyond, settings};
 use crate::shell::command_line::{self, quoted};
 
 /// Returns the lines on the next steps, with command lines; `written`: the scenario file that was written, if any.
@@ -25,6 +25,14 @@ pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
         lines.extend((!lines.is_empty()).then(String::new));
         lines.extend(unsuited(asked));
         return lines;
+    }
+    if let Some(fall) = estimate_beyond(asked) {
+        let key = ("motor.nameplate.saturation", format!("{:.0} %", 100.0 * fall));
+        lines.extend([
+            String::new(),
+            "At the estimated saturation alone:".to_owned(),
+            again(asked, &[key], asked.demands, asked.effort),
+        ]);
     }
     if matches!(found.condition, Some(Condition::Saturation { .. })) {
         lines.extend([
