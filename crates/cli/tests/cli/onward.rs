@@ -45,7 +45,7 @@ fn regress_a_report_says_what_draws_more_than_rated_current_and_what_comes_after
     let strong = ["-s", "detector.method=bipolar", "-s", "detector.pulse=50 us"];
     said(&[&["run", "m.toml", "--trials", "40", "--out", "strong"][..], &strong].concat(), 0, at);
     let text = flat(&said(&["report", "strong"], 0, at));
-    let refused = text.split("not met: ").nth(1).unwrap_or_else(|| panic!("{text}"));
+    let refused = text.split("Not met: ").nth(1).unwrap_or_else(|| panic!("{text}"));
     assert!(refused.starts_with("7") && refused.contains("A flowed at most (60 A allowed"), "{text}");
     assert!(text.contains("Settings that do: `standstill check m.toml"), "{text}");
     // Enough starts to show all demands.
