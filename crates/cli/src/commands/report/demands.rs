@@ -2,7 +2,7 @@
 
 use standstill_analysis::{COUNTED, Demands};
 use standstill_campaign::{Summary, binomial_interval};
-use standstill_quantity::{at_most, count, short};
+use standstill_quantity::{at_most, count, number, short};
 use standstill_scenario::Rotor;
 
 use super::verdict::Poles;
@@ -91,11 +91,21 @@ pub fn demands(s: &Summary, judged: Poles, rotor: Rotor, rated: Option<f64>) -> 
     }
     if let Some(rated) = rated {
         let peak = s.peak_current_a;
-        let text =
-            format!("{} A flowed at most ({} A allowed, the rated current)", short(peak), short(rated));
+        let text = format!(
+            "{} A flowed at most ({} A allowed, the rated current)",
+            beside(peak, rated),
+            short(rated)
+        );
         all.push((Standing::of(peak, peak, rated), text));
     }
     all
+}
+
+/// Formats a current with two decimals, or with six digits where it would look like another current, from which it differs.
+fn beside(current: f64, other: f64) -> String {
+    let usual = number(2, current);
+    let is_alike = current != other && usual.parse() == Ok(other);
+    if is_alike { short(current) } else { usual }
 }
 
 /// Returns the sentence that names the source of the demands.
@@ -168,6 +178,7 @@ mod tests {
             demands(&s, Poles::Known, Rotor::Locked, Some(8.0)).pop().expect("a demand")
         };
         assert!(drawn(8.0).0 == Met && drawn(8.01).0 == NotMet);
+        assert!(drawn(8.001).1.starts_with("8.001 A") && drawn(64.777_7).1.starts_with("64.78 A"));
         assert_eq!(drawn(8.01).1, "8.01 A flowed at most (8 A allowed, the rated current)");
         // 0.35 % undetermined starts are within the 1 % that `check` allows. No wrong pole in 2,000 starts does not show that at most 0.01
         // % are wrong.
