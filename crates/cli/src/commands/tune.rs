@@ -197,11 +197,8 @@ fn onward(
         trials *= 10;
         "ten times the trials tell smaller differences"
     };
-    let vary: String = options
-        .vary
-        .iter()
-        .map(|(key, range)| format!(" --vary {}", quoted(&format!("{key}={range}"))))
-        .collect();
+    let pairs = options.vary.iter().map(|(key, range)| quoted(&format!("{key}={range}")));
+    let vary = pairs.fold(String::new(), |line, pair| line + " --vary " + &pair);
     let option = |name: &str, value: Option<String>| {
         value.map_or_else(String::new, |value| format!(" {name} {}", quoted(&value)))
     };

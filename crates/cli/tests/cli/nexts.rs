@@ -66,7 +66,7 @@ fn law_each_answer_ends_with_a_command_that_is_accepted() {
         }
         for command in commands {
             assert!(
-                command.contains("s.toml") && command.contains("'sensors.noise=30 mA'"),
+                command.contains("s.toml") && command.contains(" -s 'sensors.noise="),
                 "{question}: {command}"
             );
             carried_out(command, at);

@@ -46,7 +46,7 @@ fn regress_a_report_says_what_draws_more_than_rated_current_and_what_comes_after
     said(&[&["run", "m.toml", "--trials", "40", "--out", "strong"][..], &strong].concat(), 0, at);
     let text = flat(&said(&["report", "strong"], 0, at));
     let refused = text.split("Not met: ").nth(1).unwrap_or_else(|| panic!("{text}"));
-    assert!(refused.starts_with("7") && refused.contains("A flowed at most (60 A allowed"), "{text}");
+    assert!(refused.starts_with('7') && refused.contains("A flowed at most (60 A allowed"), "{text}");
     assert!(text.contains("Settings that do: `standstill check m.toml"), "{text}");
     // Enough starts to show all demands.
     let right = ["-s", "detector.method=bipolar", "-s", "detector.pulse=40 us"];
@@ -58,7 +58,9 @@ fn regress_a_report_says_what_draws_more_than_rated_current_and_what_comes_after
         next.len() == 2 && next[0].starts_with("odds m.toml") && next[1].starts_with("budget"),
         "{next:?}"
     );
-    next.iter().for_each(|command| drop(carried_out(command, at)));
+    for command in &next {
+        carried_out(command, at);
+    }
     // A sheet that is no longer the one of the run tells no current.
     fs::write(at.join("m.toml"), MOTOR.replace("60 A", "50 A")).expect("written");
     assert!(!said(&["report", "right"], 0, at).contains(" A flowed at most"));
@@ -74,7 +76,9 @@ fn regress_a_report_of_a_sweep_goes_on_at_its_best_point() {
     let next = commands(&said(&["report", "s"], 0, at));
     assert!(next[0].starts_with("run m.toml") && next[0].contains("detector.pulse=40us"), "{next:?}");
     assert!(next[1] == "explain s", "{next:?}");
-    next.iter().for_each(|command| drop(carried_out(command, at)));
+    for command in &next {
+        carried_out(command, at);
+    }
     // A run without rows, and one that is there already, go on too.
     let none = ["run", "m.toml", "--trials", "20", "--rows", "none", "--out", "none"];
     let text = said(&none, 0, at);

@@ -141,7 +141,7 @@ fn regress_edges_that_more_trials_exchange_are_not_those_of_a_stretch() {
     let judge = |value: f64, trials: u64| {
         let (held, half) = match trials {
             ..=1000 => (0.4..2.5, 0.5),
-            ..=20_000 => (1.2..2.5, if value > 2.0 { 0.5 } else { 1e-6 }),
+            1001..=20_000 => (1.2..2.5, if value > 2.0 { 0.5 } else { 1e-6 }),
             _ => (0.4..0.8, 1e-6),
         };
         let share = if held.contains(&value) { 0.9 } else { 1.1 };
