@@ -89,7 +89,8 @@ pub fn demands(s: &Summary, judged: Poles, rotor: Rotor, rated: Option<f64>) -> 
         let text = format!("a free rotor moved by {moved:.2}° at most ({}° allowed)", DEMANDS.movement_deg);
         all.push((Standing::of(moved, moved, DEMANDS.movement_deg), text));
     }
-    if let Some(rated) = rated {
+    // Starts that end before their first pulse show nothing of the current.
+    if let Some(rated) = rated.filter(|_| s.peak_current_a > 0.0) {
         let peak = s.peak_current_a;
         let text = format!(
             "{} A flowed at most ({} A allowed, the rated current)",
