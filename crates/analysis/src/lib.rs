@@ -49,7 +49,7 @@ pub use budget::{AngleRange, Budget, Item, Own, PAIRS, Source, TooFew, trials as
 pub use compare::{Entry, informative, mean_energy};
 pub use event::{Event, EventError};
 pub use explain::{Cause, Explained};
-pub use standstill_odds::{Alarm, Estimator, GIVEN_UP, Halt, Odds, RUNS, System, Watch, subset};
+pub use standstill_odds::{Alarm, Estimator, Function, GIVEN_UP, Halt, Odds, RUNS, System, Watch, subset};
 pub use suitability::{
     Advice, Alternative, CANDIDATES, COUNTED, Candidate, Condition, Confirmed, Demand, Demands, Effort,
     Margins, Progress, Setting, Suitability, SuitabilityError, Suited, TurningSpeeds, Wanting, Way,

@@ -168,7 +168,9 @@ impl<'a> Trials<'a> {
         let unled = |record: &Record| record.findings().fault_margin.is_none_or(|margin| margin >= 0.0);
         let (share, aside): (_, fn(f64) -> Alarm) = match (event, odds.estimator) {
             (Event::WrongPole, _) => (self.share(&odds, lost, watch)?, Alarm::WrongAxes),
-            (Event::Failed, Estimator::Subset) => (self.share(&odds, unled, watch)?, Alarm::Unled),
+            (Event::Failed, Estimator::Subset | Estimator::Mixture { .. }) => {
+                (self.share(&odds, unled, watch)?, Alarm::Unled)
+            }
             _ => {
                 odds.doubt();
                 return Ok(odds);

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use standstill_campaign::{Estimate, binomial_interval};
 use standstill_interface::Choice;
 use standstill_odds::subset::{Effort, Settings};
-use standstill_odds::{Halt, Odds, System};
+use standstill_odds::{Estimator, Halt, Odds, System};
 
 #[path = "../tests/systems/reliability.rs"]
 mod reliability;
@@ -42,6 +42,8 @@ struct Counts {
     alarms: u64,
     /// Among the answers that ring an alarm, how many intervals hold the truth: the interval of the runs' own spread, and the widened one.
     alarmed: [u64; 2],
+    /// Answers that are those of importance sampling, and the sum of their effective draws.
+    mixtures: [u64; 2],
     /// Sums of value over truth, of upper end over value, of trials.
     sums: [f64; 3],
 }
@@ -55,6 +57,9 @@ impl Counts {
         self.below += u64::from(p.high < truth);
         self.above += u64::from(p.low > truth);
         self.near += u64::from((2.0 / 3.0..=1.5).contains(&(p.value / truth)));
+        if let Estimator::Mixture { effective, .. } = odds.estimator {
+            self.mixtures = [self.mixtures[0] + 1, self.mixtures[1] + u64::from(effective)];
+        }
         if !odds.alarms.is_empty() {
             odds.doubt();
             self.alarms += 1;
@@ -67,13 +72,14 @@ impl Counts {
     }
 
     fn say(&self, truth: f64) {
-        let Self { answers, held, below, above, near, alarms, alarmed, sums } = self;
+        let Self { answers, held, below, above, near, alarms, alarmed, mixtures, sums } = self;
         let [mean, width, trials] = sums.map(|sum| sum / *answers as f64);
         let share = binomial_interval(*held, *answers);
         println!(
-            "{truth:.0e}  {answers:>7}  {held:>5}  {below:>5}  {above:>5}  {near:>10}  {mean:>10.4}  {width:>5.3}  {alarms:>6}  {:>4}  {:>7}  {trials:>16.0}  {:.1} % [{:.1}, {:.1}]",
+            "{truth:.0e}  {answers:>7}  {held:>5}  {below:>5}  {above:>5}  {near:>10}  {mean:>10.4}  {width:>5.3}  {alarms:>6}  {:>4}  {:>7}  {trials:>16.0}  {:>8}  {:.1} % [{:.1}, {:.1}]",
             alarmed[0],
             alarmed[1],
+            mixtures[0],
             100.0 * share.value,
             100.0 * share.low,
             100.0 * share.high,
@@ -91,7 +97,7 @@ fn main() -> Result<ExitCode, Halt<Infallible>> {
     }
     println!("{answers} answers each, seeds 1 to {answers}");
     println!(
-        "truth  answers   held  below  above  within 1.5  mean/truth  width  alarms  held  widened  trials an answer  held, with interval"
+        "truth  answers   held  below  above  within 1.5  mean/truth  width  alarms  held  widened  trials an answer  mixtures  held, with interval"
     );
     if only.as_deref() == Some("hidden") {
         count(&systems::Hidden, systems::Hidden::probability(), answers, effort)?;
@@ -117,7 +123,9 @@ fn table(answers: u64, effort: Effort) -> Result<ExitCode, Halt<Infallible>> {
         "{answers} answers each, seeds 1 to {answers} of the first problem, from {} of the second, and so on",
         step + 1
     );
-    println!("problem   truth      held  widened  alarms  mean/truth  rms error %  width  trials an answer");
+    println!(
+        "problem   truth      held  widened  alarms  mean/truth  rms error %  width  trials an answer  mixtures  effective draws"
+    );
     let mut all = Counts::default();
     for (index, problem) in (0..).zip(&reliability::PROBLEMS) {
         let first = step * index;
@@ -132,11 +140,13 @@ fn table(answers: u64, effort: Effort) -> Result<ExitCode, Halt<Infallible>> {
         let [mean, width, trials] = counts.sums.map(|sum| sum / answers as f64);
         let widened = counts.held - counts.alarmed[0] + counts.alarmed[1];
         println!(
-            "{:<8}  {truth:.3e}  {:>4}  {widened:>7}  {:>6}  {mean:>10.3}  {:>11.1}  {width:>5.3}  {trials:>16.0}",
+            "{:<8}  {truth:.3e}  {:>4}  {widened:>7}  {:>6}  {mean:>10.3}  {:>11.1}  {width:>5.3}  {trials:>16.0}  {:>8}  {:>15}",
             problem.name,
             counts.held,
             counts.alarms,
             100.0 * (squares / answers as f64).sqrt(),
+            counts.mixtures[0],
+            counts.mixtures[1] / counts.mixtures[0].max(1),
         );
         all.answers += answers;
         all.held += counts.held;

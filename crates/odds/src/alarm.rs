@@ -17,6 +17,14 @@ pub enum Alarm {
     Unread(f64),
     /// All states of a run's last level descend from this number of states of its first level.
     Ancestors(u32),
+    /// Importance sampling found less than the levels, by more than both expect of chance: it missed a part of the event,
+    /// or the runs agree by chance on too much.
+    Apart {
+        /// Probability by the levels, which is the answer.
+        levels: f64,
+        /// Probability by importance sampling.
+        mixture: f64,
+    },
     /// Some runs did not reach the event.
     Missed {
         /// Number of runs that did not reach the event.
@@ -45,6 +53,21 @@ pub enum Alarm {
     WrongAxes(f64),
 }
 
+impl Alarm {
+    /// Returns true if the runs may have missed a part of the event, or have few independent states in it.
+    pub const fn is_of_runs(&self) -> bool {
+        matches!(
+            self,
+            Self::Disagree { .. }
+                | Self::Unread(_)
+                | Self::Ancestors(_)
+                | Self::Apart { .. }
+                | Self::Missed { .. }
+                | Self::TooRare { .. }
+        )
+    }
+}
+
 impl fmt::Display for Alarm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -66,6 +89,11 @@ impl fmt::Display for Alarm {
                     "all states of a run's last level descend from {count} of its first: its parts are few"
                 )
             }
+            Self::Apart { levels, mixture } => write!(
+                f,
+                "importance sampling finds {mixture:.1e} where the levels find {levels:.1e}: it missed a part of the event, or the runs agree \
+                 by chance on too much"
+            ),
             Self::Missed { runs, of } => write!(f, "{runs} of {of} runs did not reach the event"),
             Self::Flat => write!(
                 f,

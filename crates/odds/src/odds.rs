@@ -1,5 +1,6 @@
 //! Computes the probability of an event from several independent runs of subset simulation.
 
+mod sampled;
 #[cfg(test)]
 mod tests;
 
@@ -19,12 +20,11 @@ pub const RUNS: u32 = 8;
 
 /// Number of the estimator, raised with every change of moves, thresholds or estimates, so that an answer never
 /// combines runs of different estimators. The number of the numerics covers simulations alone.
-const ESTIMATOR: u32 = 3;
+const ESTIMATOR: u32 = 4;
 
 /// Least ratio of the scatter between runs to the scatter that their own estimates predict; for the interval, a smaller
 /// scatter is raised to it. Without it, runs that agree by chance give intervals that are too narrow: 93 to 95 of 100
-/// contain the true value, with it 95 to 97 (docs/notes/odds-coverage.txt, counted with estimator 2; for estimator 3
-/// see docs/notes/witnesses.md).
+/// contained the true value, with it 95 to 97 (counted with estimator 2, levels alone).
 const LEAST: f64 = 0.8;
 
 /// Number of runs after which, if none of them reached the event, the others do only their plain trials (unless one of
@@ -37,6 +37,14 @@ pub const GIVEN_UP: usize = 3;
 pub enum Estimator {
     /// By subset simulation.
     Subset,
+    /// By importance sampling with a mixture of normal distributions at the states in the event that subset simulation
+    /// found.
+    Mixture {
+        /// Number of normal distributions.
+        parts: u32,
+        /// Number of the mixture's draws with the event that would tell as much if all had the same weight.
+        effective: u32,
+    },
     /// By counting plain trials.
     Plain,
 }
@@ -127,7 +135,9 @@ impl Odds {
             if runs.len() == GIVEN_UP && runs.iter().all(|run| run.end == End::TooRare) {
                 let (hits, trials) = others(counting, name, settings)?;
                 if hits == 0 {
-                    return Ok(Self::of_runs(settings, runs).beside(trials));
+                    let numbers = sampled::numbers_of(&runs);
+                    let odds = Self::of_runs(settings, runs).beside(trials);
+                    return odds.sampled(counting, name, settings, &numbers);
                 }
                 // The event occurs in plain trials although no order parameter leads to it: the other runs begin from
                 // such trials.
@@ -140,9 +150,10 @@ impl Odds {
             odds.trials += spent;
             return Ok(odds);
         }
+        let numbers = sampled::numbers_of(&runs);
         let mut odds = Self::of_runs(settings, runs);
         odds.trials += beside;
-        Ok(odds)
+        odds.sampled(counting, name, settings, &numbers)
     }
 
     /// Makes the odds from the number of plain trials and the number of those with the event, `hits`.
@@ -232,15 +243,10 @@ impl Odds {
     /// standard error, and from zero if a run did not reach the event. If the event contains faults that no margin announces,
     /// its upper end is at least that of the first levels' plain trials.
     pub fn doubt(&mut self) {
-        let parts = |alarm: &Alarm| {
-            matches!(
-                alarm,
-                Alarm::Disagree { .. } | Alarm::Unread(_) | Alarm::Ancestors(_) | Alarm::Missed { .. }
-            )
-        };
         if self.estimator == Estimator::Plain || self.runs.is_empty() {
             return;
         }
+        let parts = |alarm: &Alarm| alarm.is_of_runs() && !matches!(alarm, Alarm::TooRare { .. });
         if self.alarms.iter().any(parts) {
             let reached = self.runs.iter().filter(|run| run.end == End::Reached);
             let ends = reached.map(|run| {
@@ -286,8 +292,8 @@ fn expected(runs: &[&Run]) -> f64 {
 fn alarms_of(reached: &[&Run], all: usize, variation: f64) -> Vec<Alarm> {
     /// Largest allowed ratio of observed to expected scatter, for runs of up to [`SHALLOW`] levels and for deeper ones.
     /// By chance, 2 answers of 100 exceed 1.5 (seven degrees of freedom). Shallow runs scatter by 1.2 times the
-    /// expectation, so that 1.5 raised an alarm in up to one of seven answers; fewer than 1 in 100 exceed 2 by chance
-    /// (docs/notes/odds-coverage.txt). In deeper runs a larger scatter shows that runs miss parts of an event.
+    /// expectation, so that 1.5 raised an alarm in up to one of seven answers; fewer than 1 in 100 exceed 2 by chance.
+    /// In deeper runs a larger scatter shows that runs miss parts of an event.
     const MORE: [f64; 2] = [2.0, 1.5];
     const SHALLOW: u32 = 5;
     /// Limit of the sentinel draws' rms mean: the standard deviation of the mean of eight independent states.

@@ -37,7 +37,7 @@ use population::{Population, State};
 const PLAIN: [f64; 9] = [0.9, 0.7, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01];
 
 /// Purpose of the sentinel draws, which no trial reads (see [`Run::unread`]). Next to it, their number per tape.
-const UNREAD: Purpose = Purpose::Design;
+pub(crate) const UNREAD: Purpose = Purpose::Design;
 const UNREAD_DRAWS: usize = 8;
 
 choice! {
@@ -122,14 +122,26 @@ impl Settings {
         100 * self.states
     }
 
+    /// Returns about how many trials importance sampling takes after the last level: as many for each run as a level has
+    /// states, and a quarter more that search for parts off the way.
+    ///
+    /// ```
+    /// use standstill_odds::subset::{Effort, Settings};
+    ///
+    /// assert_eq!(Settings::of(Effort::Quick, 7).sampled(), 10_000);
+    /// ```
+    pub fn sampled(&self) -> u64 {
+        u64::from(crate::RUNS + 2) * u64::from(self.states)
+    }
+
     /// Returns the number of seeds of a level.
-    fn seeds(&self) -> usize {
+    pub(crate) fn seeds(&self) -> usize {
         (self.states / self.chain) as usize
     }
 
     /// Returns the number of the random stream of one step. The highest bit separates these streams from those of plain
     /// trials with the same seed.
-    fn key(run: u32, level: u32, chain: usize, step: u32) -> u64 {
+    pub(crate) fn key(run: u32, level: u32, chain: usize, step: u32) -> u64 {
         let [run, level, step] = [run, level, step].map(u64::from);
         1 << 63 | run << 56 | level << 48 | (chain as u64) << 16 | step
     }

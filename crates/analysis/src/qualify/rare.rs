@@ -6,7 +6,7 @@ use standstill_scenario::FileError;
 
 use super::{Case, Requirements, Verdict};
 use crate::subset::{Effort, Settings};
-use crate::{Alarm, Anatomy, Event, Halt, Odds, RUNS, Sector, Trials, Watch};
+use crate::{Alarm, Anatomy, Estimator, Event, Halt, Odds, RUNS, Sector, Trials, Watch};
 
 /// Result of subset simulation for a claim, as `standstill odds` computes it. The interval of the probability is estimated from the scatter
 /// between the runs. Unlike the intervals of plain trials, it has no guaranteed coverage.
@@ -38,7 +38,10 @@ impl Rare {
     /// `alpha` is the allowed probability of a wrong verdict. If the subset simulation has a warning, the verdict is [`Verdict::NotShown`].
     pub fn of(event: Event, odds: &Odds, most: f64, alpha: f64, triggers: Vec<Sector>) -> Self {
         let Estimate { value, low, high } = odds.probability;
-        let freedom = f64::from(RUNS - 1);
+        let freedom = match odds.estimator {
+            Estimator::Mixture { effective, .. } => f64::from(effective) - 1.0,
+            Estimator::Subset | Estimator::Plain => f64::from(RUNS - 1),
+        };
         let wider = student_beyond(freedom, alpha) / student_beyond(freedom, 0.05);
         let end =
             |end: f64| if end > 0.0 && value > 0.0 { value * exp(wider * ln(end / value)) } else { end };

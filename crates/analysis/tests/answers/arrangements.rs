@@ -50,7 +50,7 @@ fn wrong_evidence_as_plainly(methods: &[(&str, &str)]) {
         }));
         let settings = Settings { states: 1000, ..Settings::default() };
         let odds = trials.odds(Event::WrongEvidence, &settings, &NEVER, |_| {}).expect("runs");
-        assert!(odds.estimator == Estimator::Subset && odds.alarms.is_empty(), "{name}: {odds:?}");
+        assert!(odds.estimator != Estimator::Plain && odds.alarms.is_empty(), "{name}: {odds:?}");
         // The intervals of both have a part in common, and the share is one that plain trials know to a fifth.
         let plain = standstill_campaign::binomial_interval(wrong as u64, count);
         let odds = odds.probability;

@@ -209,6 +209,8 @@ fn answer(run: &FinishedRun, plan: &Plan, all: &[Repeated], lost: u64) -> Answer
         named.line += &set("axes", "{}");
         named.line.extend(values.iter().map(|(key, value)| set(key, &written(value))));
     }
-    let next = words::next(all, &named).into_iter();
-    next.fold(answer, |answer, (purpose, command)| answer.next(format!("{purpose}{note}"), command))
+    match all.first().map(|one| words::next(one, &named)) {
+        Some((purpose, command)) => answer.next(format!("{purpose}{note}"), command),
+        None => answer,
+    }
 }

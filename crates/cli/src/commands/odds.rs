@@ -258,7 +258,10 @@ fn expected(settings: &Settings, done: &[(End, u32)]) -> u64 {
     let runs = if is_given_up { GIVEN_UP } else { RUNS as usize };
     // The number is some millions, so the conversion is exact enough.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let trials = (f64::from(RUNS) * states + runs as f64 * (levels - 1.0).max(0.0) * level) as u64;
+    let mut trials = (f64::from(RUNS) * states + runs as f64 * (levels - 1.0).max(0.0) * level) as u64;
+    if levels > 1.0 {
+        trials += settings.sampled();
+    }
     // If most runs find no direction toward the event, plain trials follow. If the first run finds none at its first level, they follow at
     // once.
     match done {
@@ -303,9 +306,12 @@ mod tests {
     fn law_the_expected_work_is_that_of_three_runs_once_the_first_gave_up() {
         let settings = Settings::default();
         // 4,000 trials a run, and 10,800 a level of those that go down.
-        assert_eq!(expected(&settings, &[(End::Reached, 5)]), 8 * (4000 + 4 * 10_800));
-        assert_eq!(expected(&settings, &[(End::TooRare, 13)]), 8 * 4000 + 3 * 12 * 10_800);
-        assert_eq!(expected(&settings, &[(End::TooRare, 13), (End::Reached, 13)]), 8 * (4000 + 12 * 10_800));
+        assert_eq!(expected(&settings, &[(End::Reached, 5)]), 8 * (4000 + 4 * 10_800) + 40_000);
+        assert_eq!(expected(&settings, &[(End::TooRare, 13)]), 8 * 4000 + 3 * 12 * 10_800 + 40_000);
+        assert_eq!(
+            expected(&settings, &[(End::TooRare, 13), (End::Reached, 13)]),
+            8 * (4000 + 12 * 10_800) + 40_000
+        );
     }
 
     #[test]

@@ -36,7 +36,6 @@ mod mistakes;
 mod nameplates;
 mod nexts;
 mod odds;
-mod onward;
 mod pages;
 mod printed;
 mod products;

@@ -3,6 +3,7 @@
 use standstill_sim::{Purpose, Streams};
 
 use super::*;
+use crate::mixture::Sampled;
 
 /// A run with this end and probability, whose own estimate of its coefficient of variation is 0.1.
 fn run(probability: f64, end: End) -> Run {
@@ -139,4 +140,46 @@ fn law_a_run_that_is_kept_goes_on_as_it_was() {
         again.failures.iter().map(next).collect::<Vec<_>>(),
         run.failures.iter().map(next).collect::<Vec<_>>()
     );
+}
+
+/// Answers of importance sampling: those of eight runs of 1e-6, of which some may scatter.
+#[test]
+fn law_importance_sampling_is_taken_where_it_is_better_or_has_found_more() {
+    // Of `draws` draws `hits` have the event, all with one weight: the effective number is that of the hits.
+    let of = |p: f64, scatter: f64, [hits, lone]: [u32; 2]| {
+        let one = |k: u32| 1e-6 * (1.0 + if k.is_multiple_of(2) { scatter } else { -scatter });
+        let odds = Odds::of_runs(&Settings::default(), (0..8).map(|k| run(one(k), End::Reached)).collect());
+        odds.with(Sampled::of_equal(p, 100_000, hits, lone))
+    };
+    let by_runs = |odds: &Odds| odds.estimator == Estimator::Subset && odds.probability.value == 1e-6;
+    // Too few effective draws; enough of them, with the smaller error; an error larger than that of the runs.
+    assert!(by_runs(&of(1.05e-6, 0.1, [199, 0])));
+    let taken = of(1.05e-6, 0.3, [1000, 0]);
+    assert_eq!(taken.estimator, Estimator::Mixture { parts: 2, effective: 1000 });
+    assert!(by_runs(&of(1.05e-6, 0.01, [400, 0])), "runs err by 0.028, 400 draws by 0.05");
+    // The interval is that of 1,000 hits of 100,000: a deviation of √(0.001 − 0.00001), and Student's 1.962.
+    let factor = (1.9623 * (1.0_f64 / 1000.0 - 1e-5).sqrt()).exp();
+    let Estimate { value, low, high } = taken.probability;
+    assert!((high / value / factor - 1.0).abs() < 1e-5 && (value / low / factor - 1.0).abs() < 1e-5);
+    // Runs that disagree: their alarm becomes a remark, unless the probability is that of a part of one run.
+    assert!(taken.alarms.is_empty() && matches!(taken.remarks[..], [Alarm::Disagree { .. }]));
+    let lone = of(1.05e-6, 0.3, [1000, 200]);
+    assert!(
+        lone.remarks.is_empty() && matches!(lone.alarms[..], [Alarm::Disagree { .. }]),
+        "{:?}",
+        lone.alarms
+    );
+    // More than the runs found is taken even from fewer draws; less may be a part that the mixture has missed.
+    assert_eq!(of(3e-6, 0.01, [400, 0]).probability.value, 3e-6);
+    let less = of(0.3e-6, 0.1, [1000, 0]);
+    assert!(by_runs(&less) && matches!(less.alarms[..], [Alarm::Apart { .. }]), "{:?}", less.alarms);
+    assert!(of(0.95e-6, 0.1, [1000, 0]).alarms.is_empty());
+}
+
+#[test]
+fn regress_what_no_run_reached_is_answered_where_the_search_found_it() {
+    let odds = Odds::of_runs(&Settings::default(), vec![run(1e-13, End::TooRare); 3]);
+    let found = odds.with(Sampled::of_equal(3e-6, 100_000, 1000, 0));
+    assert_eq!((found.probability.value, &found.alarms), (3e-6, &Vec::new()));
+    assert!(matches!(found.remarks[..], [Alarm::TooRare { .. }]));
 }

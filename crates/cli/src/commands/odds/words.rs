@@ -2,7 +2,7 @@
 
 use serde_json::json;
 use standstill_analysis::subset::Run;
-use standstill_analysis::{Anatomy, Draw, Estimator as By, Event, Odds, Sector};
+use standstill_analysis::{Alarm, Anatomy, Draw, Estimator as By, Event, Odds, Sector};
 use standstill_campaign::Estimate;
 use standstill_quantity::{count, magnitude, rounded};
 use standstill_report::page::{Block, Column, Section, Table, Tone};
@@ -57,6 +57,15 @@ fn method(odds: &Odds) -> String {
             "by subset simulation: {} runs of up to {} levels, {} trials",
             odds.runs.len(),
             odds.levels,
+            count(odds.trials)
+        ),
+        By::Mixture { parts, effective } => format!(
+            "by importance sampling around the {} that {} runs of subset simulation (up to {} levels) and draws of twice the spread found in \
+             the event: as good as {} independent starts with it, {} trials",
+            if parts == 1 { "part".to_owned() } else { format!("{parts} parts") },
+            odds.runs.len(),
+            odds.levels,
+            count(effective),
             count(odds.trials)
         ),
         By::Plain => format!("by {} plain trials ({} trials in all)", count(odds.plain), count(odds.trials)),
@@ -118,7 +127,7 @@ fn rarity(event: Event, odds: &Odds) -> String {
         return format!("{event}: {}, {often}", probability_interval(&odds.probability));
     }
     let how = match odds.estimator {
-        By::Subset => "reached",
+        By::Subset | By::Mixture { .. } => "reached",
         By::Plain => "seen",
     };
     let (most, plain) = (probability(odds.probability.high), count(odds.plain));
@@ -190,10 +199,16 @@ pub(super) fn answer(
 ) -> Answer {
     let found = odds.probability;
     let alarms: Vec<String> = odds.alarms.iter().map(ToString::to_string).collect();
-    let remarks: Vec<String> = odds.remarks.iter().map(ToString::to_string).collect();
+    let remark = |remark: &Alarm| match remark {
+        // Importance sampling explains them, or they would be alarms.
+        _ if remark.is_of_runs() => format!("the levels alone would be doubtful: {remark}"),
+        _ => remark.to_string(),
+    };
+    let remarks: Vec<String> = odds.remarks.iter().map(remark).collect();
     let records: Records = odds.runs.iter().enumerate().map(run).collect();
     let by = match odds.estimator {
         By::Subset => "subset simulation",
+        By::Mixture { .. } => "importance sampling",
         By::Plain => "plain trials",
     };
     let json = json!({
@@ -214,7 +229,7 @@ pub(super) fn answer(
     });
     let tone = if alarms.is_empty() && !starts.is_frequent() { Tone::Neutral } else { Tone::Warning };
     let levels =
-        (odds.estimator == By::Subset).then(|| format!("levels of {}", event.order_parameter(in_sectors)));
+        (odds.estimator != By::Plain).then(|| format!("levels of {}", event.order_parameter(in_sectors)));
     let doubts = alarms.iter().map(|alarm| format!("doubtful: {alarm}"));
     let details = [share_of(event, in_sectors), starts.sentence(), method(odds)].into_iter();
     let details = details.chain(levels).chain(doubts).chain(remarks);
@@ -266,7 +281,7 @@ mod tests {
         };
         let settings = Settings::default();
         let mut odds = Odds::of_runs(&settings, vec![run(End::TooRare, 1e-16); 8]);
-        odds.remarks.push(standstill_analysis::Alarm::Unled(0.05));
+        odds.remarks.push(Alarm::Unled(0.05));
         let none = Anatomy { sectors: Vec::new(), typical: None };
         let starts = Silence { answers: Answers { starts: 1000, ..Answers::default() }, needs: Needs::Angle };
         let answer = answer("setting".to_owned(), Event::Failed, false, &odds, &none, &starts);
