@@ -104,26 +104,25 @@ pub struct Suitability {
     /// The pole that draws more current at the largest allowed current, and the difference of the two currents as a share. None if the
     /// motor's flux map ends below this current.
     pub strongest: Option<(Signature, f64)>,
-    /// Largest compared current, in A, if both poles draw the same current at all compared currents. They are compared up to three times
-    /// the allowed current. None if the poles differ at a compared current, or if their currents are not known.
+    /// Largest compared current in A, up to three times the allowed one, if both poles draw the same at all compared currents; else none.
     pub alike_up_to_a: Option<f64>,
     /// Largest allowed phase current in A.
     pub most_current_a: f64,
+    /// Largest current in A that the current sensors read, if it limits the allowed current. None if the demands or the motor limit it.
+    pub read_up_to_a: Option<f64>,
     /// The only judged state of the rotor, if an override sets it. None if the check judges a locked and a free rotor.
     pub rotor: Option<Rotor>,
     /// The tried methods, in the order of [`CANDIDATES`].
     pub candidates: Vec<Candidate>,
     /// The methods that were not tried because they lack a setting of the detector that the scenario sets.
     pub left_out: Vec<LeftOut>,
-    /// Rotor speed in the scenario's file, as written there. The check ignores it, because it judges a rotor at standstill: see
-    /// [`standing`]. None if the check ignored no speed.
+    /// Rotor speed in the scenario's file, as written there, which the check ignores: see [`standing`]. None if it ignores no speed.
     pub left_speed: Option<String>,
     /// Rotor angle in the scenario, as written there. The check ignores it, because it judges all angles. None if none is set.
     pub left_angle: Option<String>,
     /// Index of the recommended candidate, with its results on fresh starts; none if no candidate suits the motor.
     pub recommended: Option<(usize, Confirmed)>,
-    /// Speed limits of the recommended method if the rotor turns during a start. None if no judged rotor may turn, or if no candidate suits
-    /// the motor.
+    /// Speed limits of the recommended method if the rotor turns during a start. None without such a method, or if no judged rotor may turn.
     pub turning: Option<TurningSpeeds>,
     /// Condition under which the verdict is valid, if the motor's data do not show whether it holds.
     pub condition: Option<Condition>,
@@ -294,6 +293,7 @@ impl Suitability {
             strongest: pole_signature(motor, bench.most_current),
             alike_up_to_a: poles::alike_up_to(bench),
             most_current_a: bench.most_current,
+            read_up_to_a: bench.read_up_to,
             rotor: bench.rotors.first().copied().filter(|_| bench.rotors.len() == 1),
             is_undecided: recommended.is_none()
                 && !(untried.is_empty() && candidates.iter().all(|of| of.wanting.is_none())),

@@ -16,6 +16,7 @@ pub use self::records::{Record, Records};
 use crate::error::Error;
 use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
+use crate::shell::command_line::once;
 use crate::shell::output::{Output, file_list};
 use crate::shell::setup::Setup;
 use crate::shell::table::Print as _;
@@ -105,7 +106,7 @@ impl Answer {
 
     /// Adds a command that is possible next, with its purpose.
     pub fn next(mut self, purpose: impl Into<String>, command: impl Into<String>) -> Self {
-        self.next.push(Next { purpose: purpose.into(), command: command.into() });
+        self.next.push(Next { purpose: purpose.into(), command: once(&command.into()) });
         self
     }
 

@@ -204,11 +204,14 @@ fn arguments(words: impl IntoIterator<Item = OsString>) -> Result<Arguments, Err
     })
 }
 
-/// Returns the message for an option that only other commands have. The message names the key that `-s` can set instead. Returns none for
-/// other errors and for options without a key.
+/// Returns the message for an option that only other commands have, with the key that `-s` can set instead, and for `--axis`, whose option
+/// is `--vary`. Returns none for other errors and for options without a key.
 fn as_key(error: &clap::Error) -> Option<String> {
     let ContextValue::String(option) = error.get(ContextKind::InvalidArg)? else { return None };
     let long = option.strip_prefix("--").filter(|_| error.kind() == ErrorKind::UnknownArgument)?;
+    if long == "axis" {
+        return Some("unexpected argument '--axis' found; an axis is `--vary KEY=VALUES`".to_owned());
+    }
     let all = Arguments::command();
     let mut options = all.get_subcommands().flat_map(clap::Command::get_arguments);
     let key = options.find_map(|other| {
@@ -232,5 +235,6 @@ mod tests {
         assert!(said.ends_with("`-s errors=VALUE`") && !said.contains("tip"), "{said}");
         assert!(refused(&["odds", "a.toml", "--rotor", "free"]).ends_with("`-s rotor.state=VALUE`"));
         assert!(refused(&["run", "a.toml", "--shart", "1"]).contains("--shard"));
+        assert!(refused(&["sweep", "a.toml", "--axis", "k=1,2"]).ends_with("`--vary KEY=VALUES`"));
     }
 }

@@ -210,6 +210,16 @@ impl DataSheet {
         &mut self.tables
     }
 
+    /// Returns the rated current of a phase in A, peak, as the data sheet states it; [`Self::motor`] judges it.
+    ///
+    /// ```
+    /// let sheet = standstill_plant::DataSheet::built_in("paper-5k5").expect("built in");
+    /// assert_eq!(sheet.rated_current(), 8.0);
+    /// ```
+    pub fn rated_current(&self) -> f64 {
+        self.tables.rating.current.number()
+    }
+
     /// Returns the description of the motor, in a line.
     pub fn title(&self) -> &str {
         &self.tables.title

@@ -2,6 +2,7 @@
 
 use standstill_detect::Method;
 use standstill_plant::{DataSheet, Motor};
+use standstill_quantity::short;
 use standstill_sim::{Case, Streams};
 use toml::Value;
 
@@ -9,7 +10,7 @@ use super::axes::DesignTable;
 use super::document::{Document, FileError};
 use super::plan::Plan;
 use super::tables::ScenarioFile;
-use crate::Scenario;
+use crate::{Scenario, specimen};
 
 impl Document {
     /// Returns true if the document has no keys.
@@ -76,6 +77,17 @@ impl Single {
     /// Returns the case that is simulated. It contains the rotor angle and a specimen of drive and sensors.
     pub fn case(&self) -> Case<'_> {
         self.scenario.case(self.trial)
+    }
+
+    /// Returns what the trial draws, by name, as [`specimen`] does, and its failure modes. A failure mode that changes what the drive knows
+    /// of its motor is no part of the [`Case`].
+    pub fn in_words(&self) -> Vec<(String, String)> {
+        let modes = self.scenario.faults.iter().map(|fault| {
+            let [least, most] = fault.size;
+            let size = (least == most && most != 0.0).then(|| format!(", magnitude {}", short(most)));
+            ("failure mode".to_owned(), fault.mode.name().to_owned() + &size.unwrap_or_default())
+        });
+        specimen(&self.case(), &self.drawn).into_iter().chain(modes).collect()
     }
 }
 

@@ -165,6 +165,17 @@ mod tests {
         specimen(&single.case(), &single.drawn)
     }
 
+    /// A wrong data sheet is no part of the case that is simulated.
+    #[test]
+    fn law_each_failure_mode_of_a_trial_is_named() {
+        let of = |text: &str| plan(text).single(0, 7).expect("valid").in_words();
+        let mode = |name: &str| ("failure mode".to_owned(), name.to_owned());
+        assert!(of("[[faults]]\nmode = \"sheet-signature\"").contains(&mode("sheet-signature")));
+        let weak = "[[faults]]\nmode = \"magnet-weak\"\nmagnitude = \"20 %\"";
+        assert!(of(weak).contains(&mode("magnet-weak, magnitude 0.2")));
+        assert!(!of("").iter().any(|(name, _)| name == "failure mode"));
+    }
+
     #[test]
     fn law_what_a_drive_has_is_drawn_for_it_and_nothing_else() {
         let named = |text: &str, name: &str| {

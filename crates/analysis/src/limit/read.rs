@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+use standstill_quantity::short;
 use standstill_quantity::unit::{Ampere, Degree, Second, Share};
 use standstill_scenario::quoted;
 use thiserror::Error;
@@ -58,7 +59,7 @@ const CURRENTS: &str = "a current above 0 A, such as `8 A` or `800 mA`";
 
 impl Measure {
     /// Parses a bound of this measure. The error contains the text that was found and the bounds that are allowed.
-    fn bound(self, text: &str) -> Result<f64, (String, &'static str)> {
+    fn bound(self, text: &str) -> Result<f64, (String, String)> {
         let least = f64::MIN_POSITIVE;
         let (found, needed) = match self {
             Self::Rms | Self::P95 | Self::P99 | Self::P95AtInstant | Self::Moved => {
@@ -71,6 +72,13 @@ impl Measure {
             Self::PeakCurrent => (bound::<Ampere>(text, least..), CURRENTS),
             Self::Distance => (Err(text.to_owned()), "another measure: nobody limits this one"),
         };
+        let needed = match text.parse::<f64>() {
+            // Odds are written without a sign.
+            Ok(share) if needed == SHARES && share > 0.0 && share <= 1.0 => {
+                format!("{SHARES}; {text} is `{} %`", short(100.0 * share))
+            }
+            _ => needed.to_owned(),
+        };
         found.map_err(|found| (found, needed))
     }
 }
@@ -78,7 +86,7 @@ impl Measure {
 /// Parses limits separated by commas. The function `of` parses the bound of a measure.
 fn each<T>(
     text: &str,
-    of: impl Fn(Measure, &str) -> Result<T, (String, &'static str)>,
+    of: impl Fn(Measure, &str) -> Result<T, (String, String)>,
 ) -> Result<Vec<T>, LimitError> {
     let limit = |part: &str| {
         let error = |text: &str, wrong| LimitError { text: text.trim().to_owned(), wrong };

@@ -179,3 +179,12 @@ fn law_limits_hold_surely_at_the_bad_ends_and_possibly_at_the_good_ones() {
     assert_eq!(holds(19.013e-3), (true, false, false));
     assert_eq!(holds(19.1e-3), (false, false, false));
 }
+
+#[test]
+fn law_a_share_that_is_written_as_odds_are_is_named_with_its_sign() {
+    let refused = |text: &str| text.parse::<Limits>().expect_err("no sign").to_string();
+    assert!(refused("wrong_poles <= 1e-6").ends_with("such as `5 %`; 1e-6 is `0.0001 %`"));
+    assert!(
+        refused("wrong_poles <= 5").ends_with("such as `5 %`") && refused("rms <= 1").ends_with("`1 deg`")
+    );
+}

@@ -4,7 +4,9 @@ use standstill_campaign::CampaignError;
 use standstill_detect::{Method, MethodName};
 use standstill_plant::Motor;
 use standstill_scenario::{Document, FileError, Origin, Rotor, Scenario};
+use standstill_sim::Arrangement;
 
+use super::candidate::CANDIDATES;
 use super::margins::Margins;
 use super::starts::{self, Starts, Stopped};
 use super::work::Allowance;
@@ -74,6 +76,8 @@ pub(super) struct Bench<'a> {
     pub work: &'a Allowance,
     /// Largest allowed phase current in A.
     pub most_current: f64,
+    /// Largest current in A that the current sensors read, if it limits the allowed current.
+    pub read_up_to: Option<f64>,
     /// States of the rotor in which settings are judged.
     pub rotors: Vec<Rotor>,
     /// True if the pole is judged besides the axis.
@@ -88,6 +92,9 @@ pub(super) struct Bench<'a> {
 /// Text that replaces the result of settings whose starts were not run because the allowed work was used up.
 pub(super) const SPENT: &str = "not tried, as this check may do no more work for it";
 
+/// Largest allowed current as a share of the largest current that the sensors read. A reading at the end of the range may be a larger current.
+pub(super) const READ: f64 = 0.98;
+
 /// Number that is added to the scenario's seed for the starts of the search. Later stages add larger numbers. The seed itself is left for the
 /// run that `check` prints, which must not repeat the starts that chose its settings.
 pub(super) const SEARCH: u64 = 1;
@@ -98,21 +105,35 @@ impl<'a> Bench<'a> {
     pub fn new(document: &'a Document, motor: &'a Motor, demands: &'a Demands, work: &'a Allowance) -> Self {
         let state =
             document.origin("rotor.state").and_then(|_| document.load().ok()).map(|file| file.rotor.state());
-        Self {
+        let allowed = demands.current_a.unwrap_or(motor.rated_current);
+        let mut bench = Self {
             document,
             motor,
             demands,
             work,
-            most_current: demands.current_a.unwrap_or(motor.rated_current),
+            most_current: allowed,
+            read_up_to: None,
             rotors: state.map_or(vec![Rotor::Locked, Rotor::Free], |state| vec![state]),
             has_pole: motor.has_magnet() && !motor.pole_knowledge().is_open(),
             most_saturation: None,
             upper_end: None,
-        }
+        };
+        bench.read_up_to = bench.range().filter(|range| READ * range < allowed);
+        bench.most_current = bench.read_up_to.map_or(allowed, |range| READ * range);
+        bench
     }
 }
 
 impl Bench<'_> {
+    /// Returns the largest current in A that the current sensors read. None if their range has no end, or if comparators measure currents
+    /// beside them or alone.
+    fn range(&self) -> Option<f64> {
+        let of = |method: &MethodName| self.scenario(&Setting::plain(*method), Rotor::Locked).ok();
+        let sensors = CANDIDATES.iter().find_map(of)?.sensors;
+        let reads = sensors.arrangement != Arrangement::None && sensors.comparator.timer == 0.0;
+        sensors.adc.filter(|_| reads).map(|adc| adc.high)
+    }
+
     /// Returns true if the user set this key of the detector. The search does not change its value then.
     pub fn is_set(&self, key: &str) -> bool {
         self.document.get(&format!("detector.{key}")).is_some()

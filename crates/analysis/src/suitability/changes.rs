@@ -6,7 +6,7 @@ use standstill_detect::{MethodName, keys};
 use standstill_scenario::Rotor;
 use standstill_sim::{Arrangement, Comparators};
 
-use super::bench::{Bench, Setting};
+use super::bench::{Bench, READ, Setting};
 use super::margins::Demand;
 
 /// A change of the scenario's keys or of the allowed current, which may make a motor suited.
@@ -140,7 +140,7 @@ fn currents(bench: &Bench<'_>, stalled: Option<f64>, link: f64, range: f64) -> V
     }
     // If the user allows less than rated current, rated current is tried first.
     let rated = digits(bench.motor.rated_current, 3);
-    if bench.most_current < 0.98 * rated && rated < 0.98 * range {
+    if bench.most_current < 0.98 * rated && rated < READ * range {
         changes.push(more_current(format!("rated current, {rated} A"), rated));
     }
     for factor in [1.5, 2.0, 3.0].into_iter().filter(|_| stalled.is_none()) {
@@ -150,7 +150,7 @@ fn currents(bench: &Bench<'_>, stalled: Option<f64>, link: f64, range: f64) -> V
             change.words += " (if the magnets bear it)";
         }
         // The sensors must read it.
-        if current >= 0.98 * range {
+        if current >= READ * range {
             let range = digits(1.1 * current, 3);
             let _ = write!(change.words, " with sensors that read up to {range} A");
             change.keys.push(("sensors.range", format!("{range} A")));

@@ -108,15 +108,15 @@ impl Margins {
     }
 
     /// Returns each demand with its margin. The margin of the pole is infinite if poles are not judged. The margin of the answers is
-    /// infinite if enough starts have an angle, else 0.
+    /// infinite if enough starts have an angle, else 0. It comes first, because without angles no other demand is met either.
     pub fn all(&self) -> [(Demand, f64); 6] {
         [
+            (Demand::Answers, if self.answers < 1.0 { 0.0 } else { f64::INFINITY }),
             (Demand::Error, self.error),
             (Demand::Movement, self.movement),
             (Demand::Current, self.current),
             (Demand::Time, self.time),
             (Demand::Pole, self.pole.unwrap_or(f64::INFINITY)),
-            (Demand::Answers, if self.answers < 1.0 { 0.0 } else { f64::INFINITY }),
         ]
     }
 

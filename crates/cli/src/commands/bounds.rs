@@ -107,7 +107,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         Answer { next: vec![silence::next(scenario, keys, options.seed, &file)], ..answer }
     } else {
         let again = given(&scenario.to_string_lossy(), keys, options.seed);
-        answer.next("what the methods reach of it", format!("standstill compare {again}"))
+        answer.next("what the methods reach of it, in some minutes", format!("standstill compare {again}"))
     };
     answer.report(None, options.json, &Made::default())
 }

@@ -195,13 +195,16 @@ fn answer(setting: String, asked: &str, budget: &Budget, starts: Option<&Silence
     let limit = first.fifth_less(budget.rms_deg.value);
     if !standstill_scenario::keys().any(|key| key.path == first.source) {
         let because = format!(
-            "the largest part, {percent} %, is no part of the drive ({}): other methods",
+            "the largest part, {percent} %, is no part of the drive ({}): other methods, in some minutes",
             first.source
         );
         answer.next(because, format!("standstill compare {asked}"))
     } else if let Some(limit) = limit {
         answer.next(
-            format!("{} makes {percent} % of it: how good must it be for a fifth less error?", first.source),
+            format!(
+                "{} makes {percent} % of it: how good must it be for a fifth less error? (some minutes)",
+                first.source
+            ),
             format!(
                 "standstill require {asked} --key {} --limit 'rms <= {} deg'",
                 first.source,
@@ -210,7 +213,7 @@ fn answer(setting: String, asked: &str, budget: &Budget, starts: Option<&Silence
         )
     } else {
         let because = format!(
-            "{} makes {percent} % of it, and no value of it takes a fifth off the error: other methods",
+            "{} makes {percent} % of it, and no value of it takes a fifth off the error: other methods, in some minutes",
             first.source
         );
         answer.next(because, format!("standstill compare {asked}"))

@@ -9,7 +9,7 @@ use standstill_detect::Method;
 use standstill_interface::Choice;
 use standstill_plant::Motor;
 use standstill_scenario::doubts::{self as sheet_doubts, of_sheet, wrong_signature};
-use standstill_scenario::{Document, FileError, Origin, Scenario};
+use standstill_scenario::{Document, FileError, Origin, Rotor, Scenario};
 
 use super::init;
 use crate::answer::{Answer, Made, verdict};
@@ -52,7 +52,11 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     // If the user names a method, the drive must have the sensors that this method reads. Otherwise `check` tries the methods whose sensors
     // the drive has.
     let asked_for = document.origin("detector.method").is_some();
-    let scenario = if asked_for { document.scenario_of(&motor)? } else { of_any_method(&document, &motor)? };
+    let scenario = if asked_for {
+        with_movable(&document)?.scenario_of(&motor)?
+    } else {
+        of_any_method(&with_movable(&document)?, &motor)?
+    };
     doubts::warn(&scenario);
     let signature = wrong_signature(&scenario);
     let demands = Demands {
@@ -111,6 +115,16 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         report.text = report.text.replacen(word, &painted(tone, word), 1);
     }
     Ok(report)
+}
+
+/// Returns the document with a free rotor if it sets a load and no state of the rotor. A locked rotor is refused with a load, but the check
+/// itself judges the rotor locked, without the load, and free.
+fn with_movable(document: &Document) -> Result<Document, FileError> {
+    let mut document = document.clone();
+    if document.get("rotor.load").is_some() && document.get("rotor.state").is_none() {
+        document.set("rotor.state", Rotor::Free.name(), Origin::CommandLine)?;
+    }
+    Ok(document)
 }
 
 /// Returns the scenario of a document that names no method. If the default method lacks a setting of the table `detector`, this table is

@@ -209,8 +209,6 @@ fn answer(run: &FinishedRun, plan: &Plan, all: &[Repeated], lost: u64) -> Answer
         named.line += &set("axes", "{}");
         named.line.extend(values.iter().map(|(key, value)| set(key, &written(value))));
     }
-    match all.first().map(|one| words::next(one, &named)) {
-        Some((purpose, command)) => answer.next(format!("{purpose}{note}"), command),
-        None => answer,
-    }
+    let next = words::next(all, &named).into_iter();
+    next.fold(answer, |answer, (purpose, command)| answer.next(format!("{purpose}{note}"), command))
 }

@@ -333,7 +333,7 @@ fn answer(
         Found::Everywhere => answer.next(
             "where the limits end lies beyond the values that were tried",
             format!(
-                "standstill require {again} --key {key} --limit {} --between {} --force",
+                "standstill require {again} --key {key} --limit {} --between {}",
                 quoted(&limits.to_string()),
                 quoted(&format!("{}:{}", shown(key, to), shown(key, 30.0 * to)))
             ),

@@ -5,6 +5,7 @@ pub mod isolated;
 mod opening;
 pub mod results;
 
+use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -24,7 +25,7 @@ use crate::doubts;
 use crate::error::Error;
 use crate::results::{Begun, STATISTICS, SUMMARY, SummaryFile, files_wanted, guard};
 use crate::scenario::{self, Shorthands};
-use crate::shell::command_line::{self, to_resume};
+use crate::shell::command_line::{self, quoted, to_resume};
 use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::Output;
 use crate::shell::terminal::{for_reading, paragraph, tell};
@@ -102,12 +103,11 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
         doubts::warn_standing(&first);
     }
     std::fs::create_dir_all(out).map_err(Error::writing(out))?;
-    let check = check_command(&options.scenario, &options.keys, options.amount.seed, plan.file());
     let begun = Begun {
         scenario: options.scenario.to_string_lossy().into_owned(),
         line: given(&options.scenario.to_string_lossy(), &options.keys, options.amount.seed),
         typed: command_line::begun(),
-        check: check.clone(),
+        check: check_command(&options.scenario, &options.keys, options.amount.seed, plan.file()),
     };
     let mut statistics = Statistics::default();
     let mut found = if options.resume { Found::of(out, &identity)? } else { Found::default() };
@@ -131,7 +131,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
             }
             say(options, &plan, &identity)?;
             advance(&trials, &mut found.rows, &mut journal, statistics, &stop)
-                .and_then(|done| if done { write(options, &path, &stop, check.as_deref()) } else { Ok(None) })
+                .and_then(|done| if done { write(options, &path, &stop, &begun) } else { Ok(None) })
         }
         Rows::None => {
             let limit = plan.file().limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
@@ -144,7 +144,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
             }
             say(options, &plan, &identity)?;
             advance(&trials, &mut found.rows, &mut tally, statistics, &stop)
-                .and_then(|done| if done { write(options, &path, &stop, check.as_deref()) } else { Ok(None) })
+                .and_then(|done| if done { write(options, &path, &stop, &begun) } else { Ok(None) })
         }
     };
     match outcome {
@@ -200,12 +200,7 @@ fn remove_if_empty(folder: &Path) {
 }
 
 /// Writes the files of a run from its complete journal. Returns none if interrupted.
-fn write(
-    options: &Run,
-    path: &Path,
-    stop: &AtomicBool,
-    check: Option<&str>,
-) -> Result<Option<Report>, Error> {
+fn write(options: &Run, path: &Path, stop: &AtomicBool, begun: &Begun) -> Result<Option<Report>, Error> {
     if options.shard != Shard::WHOLE {
         if options.results.json {
             let json =
@@ -230,7 +225,7 @@ fn write(
     } else {
         std::fs::remove_file(path).map_err(Error::writing(path))?;
     }
-    Ok(Some(results.report(&options.results, check)))
+    Ok(Some(results.report(&options.results, Some(begun))))
 }
 
 /// Runs the missing trials. Returns false if the user interrupted the run. `earlier`: rows of earlier runs, which are not simulated again.
@@ -300,7 +295,16 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
     } else {
         crate::results::say_extension(&options.out);
         let trials = count(identity.trials);
-        format!("{} has the results of {trials} trials; nothing to do.\n", options.out.display())
+        let mut said =
+            format!("{} has the results of {trials} trials; nothing to do.\n", options.out.display());
+        if names.len() > 1 {
+            let _ = writeln!(
+                said,
+                "A page of them:\n  standstill report {}",
+                quoted(&options.out.to_string_lossy())
+            );
+        }
+        said
     };
     Ok(Some(Report { text, code }))
 }

@@ -9,7 +9,7 @@ use standstill_analysis::require::Bench;
 use standstill_analysis::tune::{Effort, Goal, Judged, Question as Asked, Range, Tuned};
 use standstill_campaign::Estimate;
 use standstill_detect::keys as settings;
-use standstill_quantity::count;
+use standstill_quantity::{count, short};
 use standstill_report::page::{Block, Tone};
 use standstill_scenario::Document;
 
@@ -18,7 +18,7 @@ use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Tune as Options;
 use crate::error::Error;
 use crate::figures;
-use crate::shell::command_line::set;
+use crate::shell::command_line::{quoted, set};
 use crate::shell::progress::Watched;
 use crate::shell::values::shown;
 use crate::shell::{NOT_SHOWN, Report};
@@ -37,6 +37,8 @@ const DRIVE: [&str; 6] = [
 
 /// Default number of trials for the final settings.
 const LAST: u64 = 20_000;
+/// Largest number of trials for the final settings that `--trials` takes.
+const MOST: u64 = 100_000_000;
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
@@ -90,7 +92,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     };
     let scenario = plan.scenario(0)?;
     let again = question::again(&options.question);
-    let answer = answer(setting(plan.file(), &scenario), &again, &asked, &tuned, starts.as_ref());
+    let rated = scenario.motor.rated_current;
+    let answer = answer(setting(plan.file(), &scenario), &again, &asked, &tuned, starts.as_ref(), rated);
+    let answer = match onward(options, &again, &asked, &tuned, rated) {
+        Some((purpose, command)) => answer.next(purpose, command),
+        None => answer,
+    };
     let answer = match &starts {
         Some(starts) => silence::or_budget(answer, &options.question, &plan, starts)?,
         None => answer,
@@ -167,6 +174,43 @@ fn limits(
     Ok(limits)
 }
 
+/// Returns the search that is to come next, with its purpose: one that keeps rated current, if the settings found draw more, or one with
+/// ten times the trials, if it is not sure that they are better. None if the settings are sure, or if the host has no command line.
+fn onward(
+    options: &Options,
+    again: &str,
+    asked: &Asked<'_>,
+    tuned: &Tuned,
+    rated: f64,
+) -> Option<(&'static str, String)> {
+    if !tuned.is_found() || unanswered(tuned) >= 1.0 {
+        return None;
+    }
+    let (mut limits, mut trials) = (options.subject_to.as_ref().map(ToString::to_string), asked.effort.last);
+    let purpose = if words::exceeding(rated, asked, tuned).is_some() {
+        let current = format!("peak_current <= {} A", short(rated));
+        limits = Some(limits.map_or_else(|| current.clone(), |limits| format!("{limits}, {current}")));
+        "settings that draw no more than rated current"
+    } else if tuned.surely_better(&asked.goal) || trials >= MOST / 10 {
+        return None;
+    } else {
+        trials *= 10;
+        "ten times the trials tell smaller differences"
+    };
+    let pairs = options.vary.iter().map(|(key, range)| quoted(&format!("{key}={range}")));
+    let vary = pairs.fold(String::new(), |line, pair| line + " --vary " + &pair);
+    let option = |name: &str, value: Option<String>| {
+        value.map_or_else(String::new, |value| format!(" {name} {}", quoted(&value)))
+    };
+    let minimise = option("--minimise", Some(options.minimise.to_string()));
+    let limits = option("--subject-to", limits);
+    let against = option("--against", options.against.map(|against| against.to_string()));
+    let starts = option("--starts", options.starts.map(|starts| starts.to_string()));
+    let command =
+        format!("standstill tune {again}{vary}{minimise}{limits}{against}{starts} --trials {trials}");
+    Some((purpose, command))
+}
+
 /// Returns values and measures by name as JSON, in SI units and degrees.
 fn json_of(asked: &Asked<'_>, judged: &Judged) -> Value {
     json!({ "settings": settings_json(asked, judged), "measures": measures_json(&judged.measured.0) })
@@ -198,8 +242,9 @@ fn answer(
     asked: &Asked<'_>,
     tuned: &Tuned,
     starts: Option<&Silence>,
+    rated: f64,
 ) -> Answer {
-    let (tone, headline) = words::headline(asked, tuned);
+    let (tone, headline) = words::within(rated, asked, tuned, words::headline(asked, tuned));
     let mut details = words::details(asked, tuned);
     let starts = starts.filter(|starts| starts.is_frequent());
     details.extend(starts.map(|starts| format!("as it is set: {}", starts.sentence())));

@@ -26,6 +26,26 @@ pub struct FinishedRun {
 }
 
 impl FinishedRun {
+    /// Returns the rated current of the motor in A. None if the run varies the motor, or if the files of the motor are not here as the run
+    /// read them.
+    pub fn rated_current(&self) -> Option<f64> {
+        let file = &self.file;
+        if file.axes.keys().chain(file.tolerances.keys()).any(|key| key.starts_with("motor")) {
+            return None;
+        }
+        let run = &self.summary.run;
+        let mut document = Document::parse(Path::new("scenario"), &run.scenario).ok()?;
+        if let Some(fence) = &self.fence {
+            document.fence(Some(fence)).ok()?;
+        }
+        let sheet = document.data_sheet().ok()?;
+        let here = document.files().digests();
+        let is_same = here
+            .iter()
+            .all(|(path, digest)| run.files.get(path).is_some_and(|there| *there == digest.to_string()));
+        is_same.then(|| sheet.rated_current())
+    }
+
     /// Returns the scenario's name from the run's command line, which a note in the folder contains. Without this note, returns the
     /// placeholder `scenario.toml` and a remark that explains the placeholder.
     pub fn begun(&self) -> (Begun, &'static str) {

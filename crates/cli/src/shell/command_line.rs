@@ -49,6 +49,40 @@ pub fn set_pair(pair: &str) -> String {
     format!(" -s {}", quoted(pair))
 }
 
+/// Returns a command line in which each key is set once. Of several options `-s KEY=VALUE` with the same key, the last one stays: a command
+/// refuses a key that is set twice.
+pub fn once(command: &str) -> String {
+    let words = split(command);
+    let key_at = |place: usize| {
+        let word = words.get(place + 1).filter(|_| words[place] == "-s")?;
+        word.trim_start_matches('\'').split('=').next()
+    };
+    let keys: Vec<Option<&str>> = (0..words.len()).map(key_at).collect();
+    let is_last = |place: usize| keys[place].is_none_or(|key| !keys[place + 1..].contains(&Some(key)));
+    let is_kept = |place: &usize| is_last(*place) && place.checked_sub(1).is_none_or(is_last);
+    (0..words.len()).filter(is_kept).map(|place| words[place]).collect::<Vec<_>>().join(" ")
+}
+
+/// Splits a command line at its spaces, but not within quotes. The words keep their quotes.
+fn split(command: &str) -> Vec<&str> {
+    let (mut words, mut start, mut quote, mut is_escaped) = (Vec::new(), 0, None, false);
+    for (place, c) in command.char_indices() {
+        match c {
+            _ if is_escaped => is_escaped = false,
+            '\\' if quote.is_none() => is_escaped = true,
+            '\'' | '"' if quote.is_none() => quote = Some(c),
+            c if quote == Some(c) => quote = None,
+            ' ' if quote.is_none() => {
+                words.push(&command[start..place]);
+                start = place + 1;
+            }
+            _ => {}
+        }
+    }
+    words.push(&command[start..]);
+    words
+}
+
 /// Returns this process's command line, quoted for a shell. Returns an empty text in a host program.
 pub fn typed() -> String {
     typed_of(None)
@@ -138,6 +172,19 @@ mod tests {
             one_line(message),
             "invalid value 'x' for '--decay <DECAY>' [possible values: slow, fast]"
         );
+    }
+
+    #[test]
+    fn law_a_key_that_is_set_twice_has_its_last_value() {
+        let set_twice =
+            "standstill run 'a b.toml' -s 'noise=30 mA' --seed 4 -s x.y=1 -s 'noise=42 mA' -s 'x=it'\\''s a'";
+        let expected = "standstill run 'a b.toml' --seed 4 -s x.y=1 -s 'noise=42 mA' -s 'x=it'\\''s a'";
+        assert_eq!(once(set_twice), expected);
+        for command in
+            [expected, "standstill require s --limit \"rms <= 1 deg, p95 <= 2 deg\"", "standstill run s -s"]
+        {
+            assert_eq!(once(command), command);
+        }
     }
 
     #[test]

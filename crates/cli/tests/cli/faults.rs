@@ -141,7 +141,7 @@ fn regress_methods_of_an_option_stand_in_the_heading_and_in_what_goes_on() {
     let output = standstill(&[&asked[..], &["--mode", "current-gain", "--trials", "6"]].concat(), path);
     let text = String::from_utf8(output.stdout).expect("text");
     assert!(text.starts_with("pump, maximum-likelihood, default errors"), "{text}");
-    let next = "standstill odds pump.toml -s detector.method=bipolar -s detector.method=maximum-likelihood --event wrong-pole";
+    let next = "standstill odds pump.toml -s detector.method=maximum-likelihood --event wrong-pole";
     assert!(text.contains(next), "{text}");
     // One file, one note.
     let notes = String::from_utf8(output.stderr).expect("text");

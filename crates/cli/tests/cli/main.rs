@@ -36,6 +36,7 @@ mod mistakes;
 mod nameplates;
 mod nexts;
 mod odds;
+mod onward;
 mod pages;
 mod printed;
 mod products;

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::convert::Infallible;
 
 use super::{SEARCH, edge, ends, look, stretch};
-use crate::bracket::{Found, Look, Search, Side, View};
+use crate::bracket::{Found, Look, Search, Side, View, forecast_trials};
 
 /// Judges values by `ratio` of a value and its number of trials. Returns the result of the search, and for each tried value the look with
 /// the most trials.
@@ -132,4 +132,33 @@ fn law_an_answer_agrees_with_the_looks_of_most_trials() {
     }
     // The law has cases of each kind.
     assert!(kinds.iter().all(|count| *count > 20), "{kinds:?}");
+}
+
+/// The lower edge is narrow after 4,000 trials, where the limits hold from 1.2 on. The upper one takes 64,000, which show that they hold up to
+/// 0.8 only.
+#[test]
+fn regress_edges_that_more_trials_exchange_are_not_those_of_a_stretch() {
+    let judge = |value: f64, trials: u64| {
+        let (held, half) = match trials {
+            ..=1000 => (0.4..2.5, 0.5),
+            1001..=20_000 => (1.2..2.5, if value > 2.0 { 0.5 } else { 1e-6 }),
+            _ => (0.4..0.8, 1e-6),
+        };
+        let share = if held.contains(&value) { 0.9 } else { 1.1 };
+        Look {
+            shares: vec![standstill_campaign::Estimate {
+                value: share,
+                low: share - half,
+                high: share + half,
+            }],
+            forecast: forecast_trials().map(|_| [share - half, share + half]).collect(),
+            clear: None,
+            ..look(&[share], trials)
+        }
+    };
+    let search = Search { most: 100_000, ..SEARCH };
+    let Ok(found) = search.find(&mut |value, trials| Ok::<_, Infallible>(Some(judge(value, trials))));
+    let found = stretch(found);
+    let [low, high] = &found.edges[..] else { panic!("{found:?}") };
+    assert!(low.value <= high.value && (0.4..0.8).contains(&high.value), "{found:?}");
 }

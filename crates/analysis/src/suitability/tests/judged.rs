@@ -54,3 +54,35 @@ fn regress_settings_keep_rated_current_where_the_estimate_lies() {
     let peak = starts.unwrap_or_else(|_| panic!("runs")).summary.peak_current_a;
     assert!(peak <= 60.0, "{peak}");
 }
+
+/// With 6,000 A allowed, pulses of 1.6 kA were judged, which the converter clips: three methods that suit were called unsuited.
+#[test]
+fn regress_no_more_current_is_tried_than_the_sensors_read() {
+    let bench_of = |keys: &[(&str, &str)], current: f64| {
+        let (document, work) = (sheet("saturation = \"5 %\"", keys), unbounded());
+        let motor = document.motor().expect("a motor");
+        let demands = Demands { current_a: Some(current), ..Demands::default() };
+        let bench = Bench::new(&document, &motor, &demands, &work);
+        (bench.most_current, bench.read_up_to)
+    };
+    // The converters of 8 A motors read 20 A.
+    let range = 60.0 * 20.0 / 8.0;
+    assert_eq!(bench_of(&[], 70.0), (70.0, None));
+    let (most, read) = bench_of(&[], 6000.0);
+    assert!((most / (0.98 * range) - 1.0).abs() < 1e-9 && read == Some(most / 0.98), "{most} {read:?}");
+    assert_eq!(bench_of(&[("sensors.range", "50 A")], 60.0), (49.0, Some(50.0)));
+    // Captured times have no range.
+    assert_eq!(bench_of(&[("sensors.timer", "100 ns")], 6000.0), (6000.0, None));
+    let document = sheet("saturation = \"5 %\"", &[BIPOLAR]);
+    let demands = Demands { current_a: Some(6000.0), ..Demands::default() };
+    let found = Suitability::of(&document, &demands, Effort::Quick, |_| {}).expect("judged");
+    assert_eq!((found.suited(), found.read_up_to_a), (Suited::Yes, read), "{found:?}");
+}
+
+#[test]
+fn law_without_angles_nothing_else_binds() {
+    let margins =
+        Margins { error: 0.0, movement: 2.0, current: 1.5, time: 3.0, pole: Some(0.0), answers: 0.0 };
+    assert_eq!(margins.binding().0, Demand::Answers);
+    assert_eq!(Margins { answers: 1.0, ..margins }.binding().0, Demand::Error);
+}

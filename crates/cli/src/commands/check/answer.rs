@@ -6,7 +6,7 @@ use standstill_analysis::{
 };
 
 use super::file::Written;
-use super::words::{Checked, settings};
+use super::words::{Checked, estimate_beyond, settings};
 use crate::shell::command_line::{self, quoted};
 
 /// Returns the lines on the next steps, with command lines; `written`: the scenario file that was written, if any.
@@ -25,6 +25,14 @@ pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
         lines.extend((!lines.is_empty()).then(String::new));
         lines.extend(unsuited(asked));
         return lines;
+    }
+    if let Some(fall) = estimate_beyond(asked) {
+        let key = ("motor.nameplate.saturation", format!("{:.0} %", 100.0 * fall));
+        lines.extend([
+            String::new(),
+            "At the estimated saturation alone:".to_owned(),
+            again(asked, &[key], asked.demands, asked.effort),
+        ]);
     }
     if matches!(found.condition, Some(Condition::Saturation { .. })) {
         lines.extend([
@@ -293,4 +301,45 @@ pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> 
         "scenario": written.and_then(Written::path).map(|path| path.display().to_string()),
         "next": commands,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use standstill_analysis::Suitability;
+    use standstill_scenario::{Document, ErrorSet};
+
+    use super::*;
+
+    /// The estimate of this motor is 25 %.
+    #[test]
+    fn regress_an_estimate_beyond_the_range_is_judged_by_a_command() {
+        let text = "errors = \"none\"\ndetector.method = \"bipolar\"\nmotor.nameplate = { pole_pairs = 7, resistance = \"21 mΩ\", L_d = \"16 uH\", L_q = \"20 uH\", rated_current = \"60 A\", magnet_flux = \"5.2 mWb\", dc_link = \"48 V\" }\n";
+        let document = Document::parse(Path::new("s.toml"), text).expect("TOML");
+        let (motor, sheet) = (document.motor().expect("a motor"), document.data_sheet().expect("a sheet"));
+        let demands = Demands::default();
+        let found = Suitability::of(&document, &demands, Effort::Quick, |_| {}).expect("judged");
+        let commands = |most: f64| {
+            let condition = Some(Condition::Saturation { least: 0.02, most, minus_d: -0.01 });
+            let found = &Suitability { condition, ..found.clone() };
+            let asked = Checked {
+                motor: &motor,
+                named: "s.toml",
+                errors: ErrorSet::None,
+                sheet: &sheet,
+                demands: &demands,
+                effort: Effort::Normal,
+                found,
+                signature: None,
+                doubts: &[],
+                meant: &[],
+                keys: Vec::new(),
+            };
+            next(&asked, None)
+        };
+        let alone = "  standstill check s.toml -s 'motor.nameplate.saturation=25 %'".to_owned();
+        assert!(commands(0.15).contains(&alone), "{:?}", commands(0.15));
+        assert!(!commands(0.26).contains(&alone), "{:?}", commands(0.26));
+    }
 }

@@ -53,7 +53,7 @@ pub fn write(
     if path.parent().unwrap_or_else(|| Path::new("")) != folder {
         from_anywhere(&mut recommended, &folder)?;
     }
-    let scenario = recommended.load()?.text()?;
+    let scenario = with_whole_numbers(&recommended.load()?.text()?);
     let written = format!("{WRITTEN} {}`; digest of the lines below: {}", options.motor, digest(&scenario));
     let mut text = String::new();
     for line in wrapped(head, COLUMNS).into_iter().chain([written]) {
@@ -85,6 +85,23 @@ pub fn write(
         }
         Err(error) => Err(error),
     }
+}
+
+/// Returns the scenario with the values of keys that take whole numbers written as such: `rounds = 24` in place of `rounds = 24.0`.
+fn with_whole_numbers(scenario: &str) -> String {
+    let mut table = "";
+    let mut text = String::new();
+    for line in scenario.lines() {
+        let header = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
+        table = header.unwrap_or(table);
+        let is_whole = |(name, _): &(&str, &str)| {
+            let path = if table.is_empty() { (*name).to_owned() } else { format!("{table}.{name}") };
+            standstill_scenario::key(&path).and_then(|key| key.range).is_some_and(|range| range.whole)
+        };
+        let whole = line.split_once(" = ").filter(is_whole).and_then(|_| line.strip_suffix(".0"));
+        text.extend([whole.unwrap_or(line), "\n"]);
+    }
+    text
 }
 
 /// Returns true if a file is as an earlier `check` wrote it.
@@ -131,4 +148,15 @@ fn from_anywhere(document: &mut Document, folder: &Path) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_whole_numbers_of_keys_that_take_no_others_have_no_decimals() {
+        let text = "trials = 1000\n\n[inverter]\ndc_link = 48.0\n\n[detector]\nrounds = 24.0\npulse = 1.0\n";
+        assert_eq!(with_whole_numbers(text), text.replace("24.0", "24"));
+    }
 }

@@ -13,6 +13,7 @@ use standstill_scenario::{ErrorSet, Rotor};
 
 use crate::shell::values::without_setting;
 
+pub use self::motor::estimate_beyond;
 use self::motor::{assumptions, condition, poles, published, saliency, single, terminals};
 
 /// A question to `check`, with its answer.
@@ -108,6 +109,13 @@ impl Checked<'_> {
             self.doubts.iter().map(|doubt| format!("Doubtful numbers: {doubt}")).collect();
         reasons.extend([saliency(self.found, self.demands, self.errors), poles(self.found)]);
         reasons.extend(self.signature.map(|doubt| format!("Signature: {doubt}.")));
+        reasons.extend(self.found.read_up_to_a.map(|range| {
+            format!(
+                "Current: at most {} A are tried, as the current sensors read up to {} A: `-s sensors.range=…` has others.",
+                amperes(self.found.most_current_a),
+                amperes(range)
+            )
+        }));
         reasons.extend(self.found.left_speed.as_ref().map(|speed| {
             format!(
                 "Speed: the scenario's rotor.speed, {speed}, is left out, as a rotor is judged that stands; `-s rotor.state=driven` judges its motion."

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use standstill_analysis::Explained;
 use standstill_campaign::Estimate;
 use standstill_detect::Method;
 use standstill_interface::Angle;
@@ -113,8 +114,28 @@ fn turned(record: &Record, scenario: &Scenario<Method<f64>>) -> Option<String> {
     })
 }
 
-/// Returns the purpose and the text of the command that is proposed after a trial. `named` is the command line that began the run.
-pub fn next(of: &Repeated, named: &Begun) -> (String, String) {
+/// Returns the commands that are proposed after trials, each with its purpose. `named` is the command line that began the run. If the
+/// trials have no answer, a key is proposed only if each of them has one with this error at its mean: no value of the key meets a limit on
+/// such starts otherwise.
+pub fn next(all: &[Repeated], named: &Begun) -> Vec<(String, String)> {
+    let Some(first) = all.first() else { return Vec::new() };
+    let silent = || all.iter().map(|of| &of.explained).filter(|of| of.record.error_deg().is_none());
+    let one = of_one(first, named);
+    let (Some(check), true) = (&named.check, first.explained.record.error_deg().is_none()) else {
+        return vec![one];
+    };
+    let answers = |of: &Explained, key: &str| {
+        let cause = of.causes.iter().find(|cause| cause.key == key);
+        cause.is_some_and(|cause| !cause.within_rounding && cause.without.error_deg().is_some())
+    };
+    let settings = ("settings with which starts have an answer".to_owned(), check.clone());
+    let key = one.1.split_once(" --key ").and_then(|(_, rest)| rest.split(' ').next());
+    let mends = key.is_some_and(|key| key == "rotor.speed" || silent().all(|of| answers(of, key)));
+    std::iter::once(settings).chain(Some(one).filter(|_| mends)).collect()
+}
+
+/// Returns the purpose and the text of the command that is proposed after a trial.
+fn of_one(of: &Repeated, named: &Begun) -> (String, String) {
     let (explained, scenario) = (&of.explained, &of.single.scenario);
     let (record, method_alone) = (&explained.record, &explained.without_all);
     let far = |record: &Record| record.miss_deg().map_or(180.0, f64::abs);
@@ -183,7 +204,7 @@ pub fn blocks(plan: &Plan, of: &Repeated) -> Vec<Block> {
             "the converter's rounding alone moves this error by {rounding:.3}° (standard deviation over the 15 other places of its codes)"
         ));
     }
-    let specimen = specimen::text(&single.case(), &single.drawn);
+    let specimen = specimen::text(single);
     let rows = explained.causes.iter().map(|cause| {
         let drawn = cause.drawn.map_or_else(|| "–".to_owned(), |drawn| format!("{drawn:+.2} σ"));
         let change = match cause.part_deg {

@@ -18,6 +18,11 @@ use crate::summary::{decimals_of, fixed};
 /// direction with a smaller ratio is named as hardly identified.
 const HARDLY_IDENTIFIED: f64 = 0.1;
 
+/// Formats a number that is an assumption, or follows from one: with two digits.
+pub(super) fn two_digits(value: f64) -> f64 {
+    format!("{value:.1e}").parse().unwrap_or(value)
+}
+
 /// Parameters whose non-identifiable directions the text names; fit.json contains the directions of all parameters.
 const OF_THE_WINDING: [&str; 4] = ["L_d", "L_q", "angle", "resistance"];
 
@@ -337,7 +342,8 @@ fn sentences(fit: &Fit, files: &[String]) -> Vec<String> {
     let of = |name: &str, value: f64| {
         let estimate = fit.parameters.iter().find(|estimate| estimate.name == name);
         let scale = Scale::suiting(estimate.map_or("", |estimate| estimate.unit), value.abs());
-        format!("{:.2} {}", scale.number(value.abs()), scale.unit.replace("ohm", "Ω")).trim_end().to_owned()
+        let value = two_digits(scale.number(value.abs()));
+        format!("{value} {}", scale.unit.replace("ohm", "Ω")).trim_end().to_owned()
     };
     let named = |direction: &&NonIdentifiable| {
         direction.information < HARDLY_IDENTIFIED

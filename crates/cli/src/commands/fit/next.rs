@@ -7,6 +7,7 @@ use standstill_fit::{Discrepancy, Fit, Misfit, Pulse, Swing};
 use standstill_quantity::unit::{Ampere, Hertz, Second};
 use standstill_quantity::{Quantity, Scale, number};
 
+use super::answer::two_digits;
 use crate::arguments::Fit as Options;
 
 /// Names of the rotor's axes.
@@ -231,7 +232,7 @@ pub(super) fn steps(fit: &Fit, options: &Options) -> Vec<String> {
         let switch = fit.plant.devices.switch_resistance;
         steps.push(format!(
             "For the resistance: measure it between two terminals (half of that), or state the switches' from their data sheet (here {} mΩ, a guess): -s {}",
-            number(2, 1e3 * switch),
+            two_digits(1e3 * switch),
             if fit.plant.devices.switch_drop > 0.0 { super::SWITCH_KEYS[0] } else { super::SWITCH_KEYS[1] }
         ));
     }

@@ -2,7 +2,7 @@
 
 use standstill_analysis::{COUNTED, Demands};
 use standstill_campaign::{Summary, binomial_interval};
-use standstill_quantity::{at_most, count};
+use standstill_quantity::{at_most, count, number, short};
 use standstill_scenario::Rotor;
 
 use super::verdict::Poles;
@@ -44,8 +44,8 @@ impl Standing {
 }
 
 /// Compares the starts with each demand. Returns the result of each comparison and a text with the numbers. `judged` states whether poles
-/// are judged. `rotor` is the state of the rotor.
-pub fn demands(s: &Summary, judged: Poles, rotor: Rotor) -> Vec<(Standing, String)> {
+/// are judged. `rotor` is the state of the rotor, and `rated` the motor's rated current in A, if it is known.
+pub fn demands(s: &Summary, judged: Poles, rotor: Rotor, rated: Option<f64>) -> Vec<(Standing, String)> {
     let mut all = Vec::new();
     // Wrong poles are judged only if starts named a pole.
     if s.found > 0 && judged != Poles::Open {
@@ -89,13 +89,30 @@ pub fn demands(s: &Summary, judged: Poles, rotor: Rotor) -> Vec<(Standing, Strin
         let text = format!("a free rotor moved by {moved:.2}° at most ({}° allowed)", DEMANDS.movement_deg);
         all.push((Standing::of(moved, moved, DEMANDS.movement_deg), text));
     }
+    // Starts that end before their first pulse show nothing of the current.
+    if let Some(rated) = rated.filter(|_| s.peak_current_a > 0.0) {
+        let peak = s.peak_current_a;
+        let text = format!(
+            "{} A flowed at most ({} A allowed, the rated current)",
+            beside(peak, rated),
+            short(rated)
+        );
+        all.push((Standing::of(peak, peak, rated), text));
+    }
     all
+}
+
+/// Formats a current with two decimals, or with six digits where it would look like another current, from which it differs.
+fn beside(current: f64, other: f64) -> String {
+    let usual = number(2, current);
+    let is_alike = current != other && usual.parse() == Ok(other);
+    if is_alike { short(current) } else { usual }
 }
 
 /// Returns the sentence that names the source of the demands.
 pub fn whose() -> String {
     format!(
-        "Demands: those of `standstill check` without options, on angle, pole, answers and a free rotor: 95 of 100 errors within {}°, {} % wrong poles, {} % without an answer, {}° of movement. Its --tolerance and --movement judge settings by others",
+        "Demands: those of `standstill check` without options, on angle, pole, answers, a free rotor and the current: 95 of 100 errors within {}°, {} % wrong poles, {} % without an answer, {}° of movement, no more than rated current. Its --tolerance, --movement and --current judge settings by others",
         DEMANDS.error_deg,
         100.0 * DEMANDS.wrong_poles,
         100.0 * DEMANDS.without_angle,
@@ -104,8 +121,12 @@ pub fn whose() -> String {
 }
 
 /// Returns a sentence with the command that shows why a demand is not met. `wrong` is true if wrong poles are the cause. `silent` is true
-/// if starts without an answer are the cause.
-pub fn why(run: &FinishedRun, wrong: bool, silent: bool) -> String {
+/// if starts without an answer are the cause. `is_current` is true if no other demand than that on the current is missed.
+pub fn why(run: &FinishedRun, wrong: bool, silent: bool, is_current: bool) -> String {
+    let check = run.begun().0.check.filter(|_| is_current);
+    if let Some(check) = check {
+        return format!("More starts draw no less current. Settings that do: `{check}`");
+    }
     let folder = quoted(&run.folder.display().to_string());
     let of = match (wrong, silent) {
         (true, _) => " --wrong-poles",
@@ -115,15 +136,16 @@ pub fn why(run: &FinishedRun, wrong: bool, silent: bool) -> String {
     format!("More starts do not mend what is not met. Why: `standstill explain {folder}{of}`")
 }
 
+/// Returns the event of `odds` that decides on a run, and its name in words. `is_open`: poles are not judged.
+pub const fn rare(is_open: bool) -> (&'static str, &'static str) {
+    if is_open { ("'|e| > 5 deg'", "large errors") } else { ("wrong-pole", "wrong poles") }
+}
+
 /// Returns a sentence with two commands: one adds starts to the run, and `odds` computes the probability of a rare event.
 pub fn more(run: &FinishedRun) -> String {
     let folder = quoted(&run.folder.display().to_string());
     let (Begun { line: scenario, .. }, note) = run.begun();
-    let (event, rare) = if run.summary.run.pole_is_open {
-        ("'|e| > 5 deg'", "large errors")
-    } else {
-        ("wrong-pole", "wrong poles")
-    };
+    let (event, rare) = rare(run.summary.run.pole_is_open);
     format!(
         "{} starts show all of it if they go on so: `standstill run {scenario} --trials {COUNTED} --resume{} --out {folder}`{note}; `standstill odds {scenario} --event {event}` bounds how rare {rare} are, far below 0.01 %, with some 400,000 trials",
         count(COUNTED),
@@ -146,8 +168,19 @@ mod tests {
             (s.found, s.axes) = (trials - undetermined, trials);
             s.wrong_pole_probability = binomial_interval(wrong, trials);
             (s.p95_deg.value, s.p95_deg.low, s.p95_deg.high) = (p95[0], p95[0], p95[1]);
-            demands(&s, Poles::Known, Rotor::Locked).into_iter().map(|(shown, _)| shown).collect::<Vec<_>>()
+            s.peak_current_a = 8.0;
+            let judged = demands(&s, Poles::Known, Rotor::Locked, None);
+            judged.into_iter().map(|(shown, _)| shown).collect::<Vec<_>>()
         };
+        // More than rated current is refused, as `check` refuses it.
+        let drawn = |peak: f64| {
+            let mut s = Statistics::default().summary();
+            (s.trials, s.peak_current_a) = (1, peak);
+            demands(&s, Poles::Known, Rotor::Locked, Some(8.0)).pop().expect("a demand")
+        };
+        assert!(drawn(8.0).0 == Met && drawn(8.01).0 == NotMet);
+        assert!(drawn(8.001).1.starts_with("8.001 A") && drawn(64.777_7).1.starts_with("64.78 A"));
+        assert_eq!(drawn(8.01).1, "8.01 A flowed at most (8 A allowed, the rated current)");
         // 0.35 % undetermined starts are within the 1 % that `check` allows. No wrong pole in 2,000 starts does not show that at most 0.01
         // % are wrong.
         assert!(of(2000, 7, 0, [0.4, 0.5]) == [Not, Met, Met]);

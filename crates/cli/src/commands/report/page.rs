@@ -6,7 +6,7 @@ use serde_json::json;
 use standstill_report::figure::{Figure, Layer};
 use standstill_report::page::Section;
 
-use super::verdict::verdict;
+use super::verdict::{next, verdict};
 use crate::answer::{self, Answer, Made};
 use crate::results::{FinishedRun, SummaryFile};
 use crate::shell::command_line::quoted;
@@ -16,17 +16,19 @@ use crate::summary;
 /// Makes the answer about a run from its figures. A terminal shows only the verdict, because `run` has already printed the results.
 pub fn answer(run: &FinishedRun, figures: Vec<(String, Figure, String)>) -> Answer {
     let (tone, headline, details) = verdict(run);
+    let next = next(run, tone);
     let json = json!({ "headline": headline, "details": details, "run": run.summary.run });
     let verdict = Section::new("Verdict", [answer::verdict(tone, headline, details)]);
     let results = summary::sections(&run.summary).into_iter().map(Section::aside);
-    Answer {
+    let answer = Answer {
         name: "report",
         title: "Initial rotor position: Monte Carlo".to_owned(),
         sections: std::iter::once(verdict).chain(results).collect(),
         figures,
         json,
         ..Answer::default()
-    }
+    };
+    next.into_iter().fold(answer, |answer, (purpose, command)| answer.next(purpose, command))
 }
 
 /// Returns the origin of a run's page: setup, facts, and the commands that reproduce it.

@@ -3,9 +3,11 @@
 use standstill_campaign::Summary;
 use standstill_quantity::count;
 use standstill_report::page::Tone;
+use standstill_scenario::written;
 
-use super::demands::{DEMANDS, Standing, counted, demands, more, percent, whose, why};
+use super::demands::{DEMANDS, Standing, counted, demands, more, percent, rare, whose, why};
 use crate::results::{FinishedRun, PointSummary, SummaryFile};
+use crate::shell::command_line::{quoted, set};
 use crate::shell::values::{Shown, describe, range};
 use crate::summary::{FAILING, Ranking, good, sectors_in_words};
 
@@ -95,11 +97,49 @@ impl Poles {
     }
 }
 
+/// Returns the commands that go on from a run, each with its purpose. None if a detail of the verdict has the command, because a demand is
+/// not met or not shown yet.
+pub fn next(run: &FinishedRun, tone: Tone) -> Vec<(String, String)> {
+    let (mut begun, note) = run.begun();
+    let open = run.summary.run.pole_is_open;
+    if run.summary.whole().is_some() {
+        if tone != Tone::Good {
+            return Vec::new();
+        }
+        let (event, rare) = rare(open);
+        let scenario = &begun.line;
+        return vec![
+            (
+                format!("how rare {rare} are, far below 0.01 %, with some 400,000 trials{note}"),
+                format!("standstill odds {scenario} --event {event}"),
+            ),
+            (
+                format!("which errors of drive and sensors make the error, and what each may be{note}"),
+                format!("standstill budget {scenario}"),
+            ),
+        ];
+    }
+    let points = &run.summary.points;
+    let ranking = Ranking::of(points.iter().map(|point| &point.summary), open);
+    let best = (0..points.len()).min_by(|a, b| ranking.compare(&points[*a].summary, &points[*b].summary));
+    // The points of the file are in the same order.
+    let place = best.and_then(|best| run.file.points().ok()?.into_iter().nth(best));
+    let Some(place) = place else { return Vec::new() };
+    begun.line += &set("axes", "{}");
+    begun.line.extend(place.values.iter().map(|(key, value)| set(key, &written(value))));
+    let folder = quoted(&run.folder.display().to_string());
+    vec![
+        (format!("more starts at the best point{note}"), format!("standstill run {}", begun.line)),
+        ("why the start with the largest error ended so".to_owned(), format!("standstill explain {folder}")),
+    ]
+}
+
 fn of_run(run: &FinishedRun, s: &Summary) -> (Tone, String, Vec<String>) {
     let judged = Poles::of(&run.summary);
     let open = judged == Poles::Open;
     let silent = (s.undetermined + s.failed) as f64 / s.trials as f64;
-    let all = demands(s, judged, run.file.rotor.state());
+    let rated = run.rated_current();
+    let all = demands(s, judged, run.file.rotor.state(), rated);
     let any = |wanted: Standing| all.iter().any(|(shown, _)| *shown == wanted);
     let are_wrong = !open && s.wrong_pole_probability.value > DEMANDS.wrong_poles;
     let tone = if are_wrong || s.errors > 0 || (if open { s.axes } else { s.found }) == 0 {
@@ -147,7 +187,9 @@ fn of_run(run: &FinishedRun, s: &Summary) -> (Tone, String, Vec<String>) {
             .map(|of| format!("Sectors: {}", sectors_in_words(&of, s.limit_deg))),
     );
     if any(Standing::NotMet) {
-        details.push(why(run, are_wrong, silent > DEMANDS.without_angle));
+        let missed = all.iter().filter(|(shown, _)| *shown == Standing::NotMet).count();
+        let is_current = missed == 1 && rated.is_some_and(|rated| s.peak_current_a > rated);
+        details.push(why(run, are_wrong, silent > DEMANDS.without_angle, is_current));
     } else if any(Standing::Not) && s.found > 0 {
         details.push(more(run));
     }

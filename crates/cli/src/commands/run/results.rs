@@ -13,7 +13,9 @@ use standstill_table::{Cell, Column, Columns, Format, TableError, Writer};
 use crate::arguments::{Results as Options, Rows, Run};
 use crate::columns::{AxisColumn, si, trial_columns, trial_values};
 use crate::error::Error;
-use crate::results::{PointSummary, STATISTICS, SUMMARY, SummaryFile, Tables, files_wanted, trials_name};
+use crate::results::{
+    Begun, PointSummary, STATISTICS, SUMMARY, SummaryFile, Tables, files_wanted, trials_name,
+};
 use crate::shell::command_line::quoted;
 use crate::shell::output::{Output, file_list};
 use crate::shell::terminal::paragraph;
@@ -215,8 +217,8 @@ impl Results {
         Some(format!("{without} of {} starts have no answer ({reason}{most}).", all.trials))
     }
 
-    /// Returns the report as text or as JSON. `check` is the command that searches for settings with which starts have an answer.
-    pub fn report(self, options: &Options, check: Option<&str>) -> Report {
+    /// Returns the report as text or as JSON. `begun`: how the command line named the scenario, for the commands that go on.
+    pub fn report(self, options: &Options, begun: Option<&Begun>) -> Report {
         let unanswered = self.unanswered();
         let Self { summary: file, json, files } = self;
         let code = u8::from(file.errors() > 0);
@@ -245,7 +247,15 @@ impl Results {
         if has_rows {
             let _ = writeln!(text, "A page of them:\n  standstill report {folder}");
         }
-        match (unanswered, check) {
+        match (unanswered, begun.and_then(|begun| begun.check.as_deref())) {
+            (None, _) if !has_rows && file.whole().is_some() => {
+                if let Some(Begun { line, .. }) = begun {
+                    let _ = writeln!(
+                        text,
+                        "\nWhich errors of drive and sensors make the error:\n  standstill budget {line}"
+                    );
+                }
+            }
             (Some(said), Some(check)) => {
                 text += &paragraph("", &format!("{said} Whether other settings answer:"));
                 let _ = writeln!(text, "  {check}");

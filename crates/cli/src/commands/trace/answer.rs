@@ -32,7 +32,6 @@ impl Traced<'_> {
     /// Returns the answer with the figure of a trace.
     pub fn answer(&self, trace: &Trace) -> Result<Answer, Error> {
         let Self { options, plan, single, file, record, watched, .. } = *self;
-        let case = single.case();
         let tone = match record.verdict() {
             Verdict::Found if record.pole_correct() == Some(false) => Tone::Bad,
             Verdict::Found => Tone::Good,
@@ -42,7 +41,7 @@ impl Traced<'_> {
         let place = specimen::heading(plan, single);
         let headline =
             format!("{}, rotor at {:.3}°: {}", place.trim_end(), record.true_angle_deg(), record.in_words(3));
-        let drawn = standstill_scenario::specimen(&case, &single.drawn);
+        let drawn = single.in_words();
         let mut blocks = vec![Block::Text("Drawn for this trial:".to_owned()), Block::Facts(drawn)];
         blocks.extend(self.verified.map(|error| Block::Text(error.text())));
         let mut result = self.json()?;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
-use standstill_scenario::{Plan, Single, specimen, written};
+use standstill_scenario::{Plan, Single, written};
 use standstill_sim::{Case, RotorState};
 
 /// Returns a line that names the trial. For a scenario with sweep axes, the line also contains the sweep point and its values.
@@ -62,8 +62,8 @@ pub fn json(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> Value {
 }
 
 /// Returns the random values of a trial as text.
-pub fn text(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> String {
-    let lines = specimen(case, drawn);
+pub fn text(single: &Single) -> String {
+    let lines = single.in_words();
     let width = lines.iter().map(|(name, _)| name.len()).max().unwrap_or_default();
     let mut text = "drawn for this trial:\n".to_owned();
     for (name, value) in lines {

@@ -3,7 +3,7 @@
 use standstill_analysis::limit::{Limit, Measure};
 use standstill_analysis::tune::{Judged, Question as Asked, Tuned};
 use standstill_campaign::Estimate;
-use standstill_quantity::{Scale, count, listed};
+use standstill_quantity::{Scale, count, listed, short};
 use standstill_report::page::{Column, Table, Tone};
 
 use crate::commands::require::Unanswered;
@@ -96,6 +96,31 @@ pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
     }
     let tone = if tuned.limits.surely || asked.goal.limits.0.is_empty() { Tone::Good } else { Tone::Warning };
     (tone, found)
+}
+
+/// Returns the peak current of the best settings in A, if it exceeds the rated current of the motor and the limits do not allow it.
+pub fn exceeding(rated: f64, asked: &Asked<'_>, tuned: &Tuned) -> Option<f64> {
+    let is_limited = asked.goal.limits.0.iter().any(|limit| limit.measure == Measure::PeakCurrent);
+    let mut measures = tuned.best.measured.0.iter();
+    let (_, peak) = measures.find(|(measure, _)| *measure == Measure::PeakCurrent)?;
+    (tuned.is_found() && !is_limited && peak.value > rated).then_some(peak.value)
+}
+
+/// Adds to a headline that the best settings draw more than the rated current, which `check` refuses. Such an answer is at most a warning.
+pub fn within(
+    rated: f64,
+    asked: &Asked<'_>,
+    tuned: &Tuned,
+    (tone, headline): (Tone, String),
+) -> (Tone, String) {
+    let Some(peak) = exceeding(rated, asked, tuned) else { return (tone, headline) };
+    let tone = if tone == Tone::Bad { tone } else { Tone::Warning };
+    (tone, format!("{headline}; it draws {} A, more than the rated {} A", number_of(peak), short(rated)))
+}
+
+/// Formats a current with four digits.
+fn number_of(value: f64) -> String {
+    short(format!("{value:.3e}").parse().unwrap_or(value))
 }
 
 /// Formats the limits with at most four digits. The mark `(start)` follows a limit that was computed with the initial settings.

@@ -201,7 +201,7 @@ pub(in crate::datasheet) fn equal_numbers(given: &Table) -> Result<Vec<EqualNumb
             |p| (1.0..=200.0).contains(&p) && p.fract() == 0.0,
         ),
     };
-    let phase = in_phase_values(&mut reader);
+    let phase = in_phase_values(&mut reader, false);
     let mut reader = Reader { table: &phase, text: None, problems: reader.problems };
     let has = |key: &str| phase.contains_key(key);
     let mut all = Vec::new();

@@ -139,9 +139,16 @@ fn of_torque_constant(per_peak: f64, pole_pairs: f64) -> f64 {
     per_peak / (1.5 * pole_pairs)
 }
 
-/// Returns a converted number with its source, rounded to six digits; the given number has fewer.
+/// Rounds the value of a converted number to six digits; the given number has fewer.
+fn in_six_digits(mut converted: Value) -> Value {
+    if let Some(Value::Float(value)) = converted.get_mut("value") {
+        *value = format!("{value:.5e}").parse().unwrap_or(*value);
+    }
+    converted
+}
+
+/// Returns a converted number with its source.
 fn converted(value: f64, from: &Value, how: &str) -> Value {
-    let value = format!("{value:.5e}").parse().unwrap_or(value);
     let of = |key: &str| from.get(key).and_then(Value::as_str);
     let plain = from.get("value").unwrap_or(from);
     let plain = plain.as_str().map_or_else(|| plain.to_string(), str::to_owned);
@@ -153,8 +160,8 @@ fn converted(value: f64, from: &Value, how: &str) -> Value {
 
 /// Returns the table with the values of a phase in place of all other ways of giving them. Wrong numbers and numbers
 /// given twice are added to the reader's problems. A wrong number is replaced by a valid one, which is not used because
-/// the sheet is refused.
-pub(super) fn in_phase_values(reader: &mut Reader) -> Table {
+/// the sheet is refused. `is_rounded`: converted values are rounded to six digits, as a data sheet shows them.
+pub(super) fn in_phase_values(reader: &mut Reader, is_rounded: bool) -> Table {
     let given = reader.table;
     let mut table = given.clone();
     for key in keys().filter(|key| !GROUPS.iter().any(|group| group.phase.contains(key))) {
@@ -179,6 +186,7 @@ pub(super) fn in_phase_values(reader: &mut Reader) -> Table {
         let values = convert(reader, way);
         for (at, key) in group.phase.iter().enumerate() {
             let value = values.as_ref().and_then(|values| values.get(at).or(values.first())).cloned();
+            let value = if is_rounded { value.map(in_six_digits) } else { value };
             if value.is_some() || !table.contains_key(*key) {
                 table.insert((*key).to_owned(), value.unwrap_or(Value::Float(1e-3)));
             }

@@ -40,10 +40,20 @@ pub(in crate::datasheet) fn spelled_out(
             return Err(MotorError::Format { file: file.to_owned(), message });
         }
     }
+    // A motor that its tables describe already has no use for a nameplate of some keys.
+    let described: Vec<&str> = REPLACED.into_iter().filter(|key| sheet.contains_key(*key)).collect();
+    if ["rating", "winding"].iter().all(|key| described.contains(key)) {
+        let tables: Vec<String> = described.iter().map(|key| format!("[{key}]")).collect();
+        let message = format!(
+            "[nameplate] stands beside {}, which describe this motor: change their keys, which `standstill motors` shows, such as `winding.resistance` (in a scenario `motor.winding.resistance`), or leave them out",
+            tables.join(", ")
+        );
+        return Err(MotorError::Format { file: file.to_owned(), message });
+    }
     let empty = Table::new();
     let table = sheet.get("nameplate").and_then(Value::as_table).unwrap_or(&empty);
     let mut reader = Reader { table, text, problems: Vec::new() };
-    let in_phase = given::in_phase_values(&mut reader);
+    let in_phase = given::in_phase_values(&mut reader, true);
     for key in sheet.keys() {
         if REPLACED.contains(&key.as_str()) {
             reader.problems.push(format!("[{key}] stands beside [nameplate], which takes its place"));

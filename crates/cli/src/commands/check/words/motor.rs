@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use standstill_analysis::{Condition, Demands, Suitability, informative};
 use standstill_detect::{SequentialSettings, Signature};
 use standstill_plant::{
-    DataSheet, Entry, MAGNETS_INSIDE_FROM, PUBLISHED_SATURATION, PoleKnowledge, PublishedFall,
+    DataSheet, Entry, MAGNETS_INSIDE_FROM, Motor, PUBLISHED_SATURATION, PoleKnowledge, PublishedFall,
     PublishedSaturation, Source, fall_of_surface_magnets,
 };
 use standstill_quantity::listed;
@@ -39,22 +39,23 @@ pub fn published(asked: &Checked<'_>) -> Option<String> {
     if !found.has_magnet || !is_not_given {
         return None;
     }
-    let winding = &asked.motor.winding;
-    let ratio = winding.q_axis_inductance() / winding.d_axis_inductance();
-    let fall = fall_of_surface_magnets(asked.motor);
-    let beyond = match found.condition {
-        Some(Condition::Saturation { most, .. }) if ratio < MAGNETS_INSIDE_FROM => {
-            fall.filter(|fall| *fall > most)
-        }
-        _ => None,
+    let beyond = if estimate_beyond(asked).is_some() {
+        " No settings were found up to that estimate: the first of the commands below judges it alone."
+    } else {
+        ""
     };
-    let beyond = beyond.map_or_else(String::new, |fall| {
-        format!(
-            " No settings were found up to that estimate: `-s motor.nameplate.saturation={:.0}%` judges it alone.",
-            100.0 * fall
-        )
-    });
-    Some(published_at(ratio, fall) + &beyond)
+    Some(published_at(ratio(asked.motor), fall_of_surface_magnets(asked.motor)) + beyond)
+}
+
+fn ratio(motor: &Motor) -> f64 {
+    motor.winding.q_axis_inductance() / motor.winding.d_axis_inductance()
+}
+
+/// Returns the estimated fall of L_d at rated current, as a share, if it lies beyond the range of saturation for which the verdict holds.
+pub fn estimate_beyond(asked: &Checked<'_>) -> Option<f64> {
+    let Some(Condition::Saturation { most, .. }) = asked.found.condition else { return None };
+    let is_round = ratio(asked.motor) < MAGNETS_INSIDE_FROM;
+    fall_of_surface_magnets(asked.motor).filter(|fall| is_round && *fall > most)
 }
 
 /// Returns the sentence on the published saturation of motors with this ratio of L_q to L_d. `fall` is the estimated decrease of L_d at
