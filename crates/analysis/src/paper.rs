@@ -2,9 +2,11 @@
 //! for Initial Rotor Position Angle of Permanent Magnet Synchronous Motor*, 2019, article 1673-6540(2019)06-0102-04.
 
 mod audit;
+mod others;
 mod simulate;
 
 pub use audit::{Finding, audit};
+pub use others::{Paper, PaperError, Statement};
 pub use simulate::{SimulatedRow, simulate};
 
 /// One row of the paper's Table 1 as printed. It has the line inductances and the angle that the paper computed from them.

@@ -32,7 +32,7 @@ pub use motors::{Fmu, FmuPart};
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 pub use slurm::Slurm;
 pub use values::{FOLDERS, Force};
-use values::{MOST_ROWS, OUT, amperes, choice, degrees, milliseconds, tolerance, trial, whole};
+use values::{MOST_ROWS, OUT, amperes, choice, degrees, milliseconds, papers, tolerance, trial, whole};
 
 /// Text of `--version`. It has three versions: that of the program, that of the numerics, and that of the detector ABI. A run can be
 /// resumed only with the same version of the numerics. The version of the ABI decides which detector libraries are compatible.
@@ -125,6 +125,9 @@ pub enum Command {
 
 #[derive(Debug, Args)]
 pub struct Reproduce {
+    /// Another paper, whose statements are printed beside what this program computes; without it the paper of Chen and Tao (2019)
+    #[arg(long, value_name = "NAME", value_parser = papers(), conflicts_with_all = ["scenario", "set", "detector", "decay", "trials", "motor", "errors", "rotor", "seed"])]
+    pub paper: Option<String>,
     #[command(flatten)]
     pub source: Source,
     /// Folder for the files, created if it does not exist

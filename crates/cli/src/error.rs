@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use standstill_analysis::paper::PaperError;
 use standstill_analysis::witness::WitnessError;
 use standstill_analysis::{BoundError, SuitabilityError};
 use standstill_campaign::CampaignError;
@@ -45,6 +46,8 @@ pub enum Error {
     Figure(#[from] FigureError),
     #[error(transparent)]
     Record(RecordError),
+    #[error("a statement of the paper: {0}")]
+    Paper(PaperError),
     #[error("no witness: {0}")]
     Witness(WitnessError),
     #[error("no motor fits these traces: {0}")]

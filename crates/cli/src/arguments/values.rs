@@ -6,6 +6,7 @@ use std::ops::RangeInclusive;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
 use clap::{Arg, Args, Command};
+use standstill_analysis::paper::Paper;
 use standstill_interface::Choice;
 use standstill_plant::MapValues;
 use standstill_quantity::count;
@@ -51,6 +52,11 @@ pub fn whole<T: TryFrom<u64> + Clone + Send + Sync + 'static>(
             (low, high) => format!("needed a whole number from {} to {}", count(*low), count(*high)),
         })
     }
+}
+
+/// Parses the name of a paper.
+pub fn papers() -> PossibleValuesParser {
+    PossibleValuesParser::new(Paper::ALL.map(|paper| paper.name))
 }
 
 /// Parses the name of a choice's value.

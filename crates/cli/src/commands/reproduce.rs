@@ -1,5 +1,6 @@
 //! `standstill reproduce`: the tables and figures of the paper by Chen and Tao (2019), audited and simulated.
 
+mod papers;
 mod tables;
 
 use std::fmt::Write as _;
@@ -42,6 +43,9 @@ const FILES: [&str; 11] = [
 ];
 
 pub fn run(options: &Reproduce) -> Result<Report, Error> {
+    if let Some(paper) = options.paper.as_deref().and_then(paper::Paper::named) {
+        return papers::run(&paper);
+    }
     let shorthands = Shorthands::default().setup(&options.setup).decay(options.decay).trials(options.trials);
     let document = scenario::document(&options.source, Shipped::Paper, shorthands)?;
     let study = Study::new(&document)?;
