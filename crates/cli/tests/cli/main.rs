@@ -38,6 +38,7 @@ mod nexts;
 mod odds;
 mod onward;
 mod pages;
+mod papers;
 mod printed;
 mod products;
 mod promises;
