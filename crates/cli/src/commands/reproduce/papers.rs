@@ -34,12 +34,15 @@ fn report(paper: &Paper, found: &[Statement]) -> Report {
         _ => Tone::Bad,
     };
     let headline = format!("{holding} of {} statements are reproduced", found.len());
-    let reason = |statement: &Statement| {
-        let why = statement.because.unwrap_or("no reason is known");
-        (!statement.witness.holds()).then(|| format!("{}: not reproduced; {why}", statement.witness.claim))
-    };
+    // Statements with the same reason share it.
+    let differing = found.iter().filter(|statement| !statement.witness.holds()).collect::<Vec<_>>();
+    let shared = differing.chunk_by(|one, other| one.because == other.because).map(|same| {
+        let claims: Vec<&str> = same.iter().map(|statement| statement.witness.claim.as_str()).collect();
+        let why = same[0].because.unwrap_or("no reason is known");
+        format!("{}: not reproduced; {why}", claims.join("; "))
+    });
     let assumed = paper.assumed.iter().map(|assumed| format!("assumed: {assumed}"));
-    let details = found.iter().filter_map(reason).chain(assumed).collect();
+    let details = shared.chain(assumed).collect();
     let witnesses: Vec<Witness> = found.iter().map(|statement| statement.witness.clone()).collect();
     let blocks = vec![
         verdict(tone, headline, details),
