@@ -171,7 +171,7 @@ impl Matrix {
 }
 
 fn faults() -> Result<Figure, Box<dyn Error>> {
-    let matrix = Matrix::read(&std::fs::read_to_string("docs/notes/faults-methods.md")?);
+    let matrix = Matrix::read(&std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/notes/faults-methods.md"))?);
     let dangerous = matrix.panel(&matrix.dangerous, "wrong pole, or more than 2° off");
     let wrong = matrix.panel(&matrix.wrong, "wrong pole");
     Ok(Figure {
@@ -185,6 +185,7 @@ fn faults() -> Result<Figure, Box<dyn Error>> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = Path::new("docs/pictures");
+    std::fs::create_dir_all(folder)?;
     std::fs::create_dir_all(folder)?;
     for (name, figure) in [("faults", faults()?), ("speed", speed()?)] {
         std::fs::write(folder.join(format!("{name}.svg")), figure.svg()?)?;
