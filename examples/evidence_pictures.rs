@@ -171,7 +171,10 @@ impl Matrix {
 }
 
 fn faults() -> Result<Figure, Box<dyn Error>> {
-    let matrix = Matrix::read(&std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/notes/faults-methods.md"))?);
+    let matrix = Matrix::read(&std::fs::read_to_string(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/docs/notes/faults-methods.md"
+    ))?);
     let dangerous = matrix.panel(&matrix.dangerous, "wrong pole, or more than 2° off");
     let wrong = matrix.panel(&matrix.wrong, "wrong pole");
     Ok(Figure {

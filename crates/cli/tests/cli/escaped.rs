@@ -8,6 +8,8 @@ use super::{folder, standstill};
 
 /// What a text may be that somebody else wrote.
 const TEXT: &str = "</script><script>alert(1)</script></text><img src=x onerror=alert(1)><!-- \"'&\u{1b}]0;x\u{7}\u{1b}[2J\u{85}";
+/// The library of charts, which has control characters in its own texts.
+const CHARTS: &str = include_str!("../../../report/assets/plotly-cartesian.min.js");
 /// What the name of a file or a folder may be.
 const NAME: &str = "<script>alert(1)<img src=x onerror=alert(1)><!-- \"'&";
 
@@ -110,7 +112,7 @@ fn law_hostile_names_add_no_tag_to_any_page_or_figure() {
     for ((name, plain), (other, hostile)) in plain.iter().zip(&hostile) {
         assert_eq!(name, other);
         assert!(tags(plain) == tags(hostile), "{name} has other tags");
-        assert!(!is_driven(hostile), "{name} has control characters");
+        assert!(!is_driven(&hostile.replace(CHARTS, "")), "{name} has control characters");
         assert!(!hostile.contains("<img") && !hostile.contains("<script>alert"), "{name}");
         pages += 1;
         named += usize::from(hostile.contains("alert(1)"));
