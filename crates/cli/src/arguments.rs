@@ -126,7 +126,7 @@ pub enum Command {
 #[derive(Debug, Args)]
 pub struct Reproduce {
     /// Another paper, whose statements are printed beside what this program computes; without it the paper of Chen and Tao (2019)
-    #[arg(long, value_name = "NAME", value_parser = papers(), conflicts_with_all = ["scenario", "set", "detector", "decay", "trials", "motor", "errors", "rotor", "seed"])]
+    #[arg(long, value_name = "NAME", value_parser = papers(), conflicts_with_all = ["scenario", "set", "detector", "decay", "trials", "motor", "errors", "rotor", "seed", "out", "force", "load", "winding_temperature", "magnet_temperature", "threads"])]
     pub paper: Option<String>,
     #[command(flatten)]
     pub source: Source,

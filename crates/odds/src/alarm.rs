@@ -18,7 +18,7 @@ pub enum Alarm {
     /// All states of a run's last level descend from this number of states of its first level.
     Ancestors(u32),
     /// Importance sampling found less than the levels, by more than both expect of chance: it missed a part of the event,
-    /// or the runs agree by chance on too much.
+    /// or the runs err alike by chance.
     Apart {
         /// Probability by the levels, which is the answer.
         levels: f64,

@@ -57,8 +57,10 @@ pub(crate) struct Sampled {
     draws: u64,
     /// Sums of the weights of the draws in the event, and of their squares.
     sums: [f64; 2],
-    /// Sum of the weights in parts that one run alone has found, and no draw of twice the spread.
+    /// Sum of the weights in parts that one run alone has found, or one chain of the search.
     lone: f64,
+    /// Whether draws of twice the spread searched the event: too many draws cannot be searched.
+    pub searched: bool,
     /// Draws in the event, each with its share of the probability. Resampled by their weights.
     pub failures: Vec<(f64, Tape)>,
 }
@@ -69,7 +71,8 @@ impl Sampled {
     pub fn of_equal(probability: f64, draws: u32, hits: u32, lone: u32) -> Self {
         let weight = probability * f64::from(draws) / f64::from(hits);
         let sums = [weight * f64::from(hits), weight * weight * f64::from(hits)];
-        Self { parts: 2, draws: draws.into(), sums, lone: weight * f64::from(lone), ..Self::default() }
+        let lone = weight * f64::from(lone);
+        Self { parts: 2, draws: draws.into(), sums, lone, searched: true, ..Self::default() }
     }
 
     /// Returns the probability.
@@ -109,7 +112,7 @@ pub(crate) fn sample<S: System>(
 ) -> Result<Sampled, Halt<S::Error>> {
     let work = Work { system, settings, watch };
     let mut sampled = Sampled::default();
-    work.search(&mut states, &mut sampled.trials)?;
+    sampled.searched = work.search(&mut states, &mut sampled.trials)?;
     let Some(mixture) = Mixture::of(&mut states, alike) else { return Ok(sampled) };
     drop(states);
     sampled.parts = u32::try_from(mixture.parts.len()).unwrap_or(u32::MAX);
@@ -194,8 +197,8 @@ impl<S: System> Work<'_, S> {
 
     /// Searches parts of the event off the way of the levels, by a quarter as many draws as the mixture has, with twice
     /// the spread of the specimen's draws. Chains of steps within the event lead those that have it to where the event is
-    /// likely. Adds their states.
-    fn search(&self, states: &mut Vec<(usize, Tape)>, trials: &mut u64) -> Result<(), Halt<S::Error>> {
+    /// likely. Adds their states. Returns false without a search if there are too many draws for one.
+    fn search(&self, states: &mut Vec<(usize, Tape)>, trials: &mut u64) -> Result<bool, Halt<S::Error>> {
         const CHAINS: usize = 20;
         const STEPS: u32 = 60;
         const STEP: f64 = 0.6;
@@ -207,7 +210,7 @@ impl<S: System> Work<'_, S> {
         let layout = Layout::of(probe.clone().iter_mut().chain(tapes), |purpose| !of_samples(purpose));
         let count = layout.len();
         if count == 0 || count > FEW {
-            return Ok(());
+            return Ok(false);
         }
         let wide = Mixture { layout, parts: vec![vec![[0.0, 2.0]; count]], lone: vec![false] };
         let numbers = 0..2 * self.settings.states as usize;
@@ -240,6 +243,6 @@ impl<S: System> Work<'_, S> {
                 states.extend(now.iter().cloned().enumerate().map(|(chain, tape)| (SEARCHED + chain, tape)));
             }
         }
-        Ok(())
+        Ok(true)
     }
 }

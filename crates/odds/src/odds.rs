@@ -44,6 +44,8 @@ pub enum Estimator {
         parts: u32,
         /// Number of the mixture's draws with the event that would tell as much if all had the same weight.
         effective: u32,
+        /// Whether draws of twice the spread searched parts of the event that the runs miss.
+        searched: bool,
     },
     /// By counting plain trials.
     Plain,

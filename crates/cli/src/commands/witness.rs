@@ -63,7 +63,7 @@ fn report(found: &[Witness], as_json: bool) -> Report {
         details.push("what this program computes here is not what it should be: report it with this output; trust no result of it".to_owned());
     }
     let blocks = vec![
-        Block::Table(table(found)),
+        Block::Table(table(found, "known by")),
         Block::Text("docs/validation.md has what else is compared, with other programs too.".to_owned()),
     ];
     let sections =
@@ -80,11 +80,11 @@ fn number(value: f64) -> String {
     format!("{value:.3e}")
 }
 
-/// Returns the table of witnesses.
-pub fn table(found: &[Witness]) -> Table {
+/// Returns the table of witnesses. `by`: heading of the column with the origin of the figures.
+pub fn table(found: &[Witness], by: &str) -> Table {
     let columns = [
         Column::prose("claim"),
-        Column::word("known by").rank(1),
+        Column::word(by).rank(1),
         Column::word("known"),
         Column::word("here"),
         Column::word("within"),

@@ -56,18 +56,18 @@ pub fn paint(tone: Tone, word: &str, colours: bool) -> String {
     }
 }
 
-/// Escapes control characters of a text, because names and titles of files must not control the terminal. Line ends, tabs and the
-/// colours of [`paint`] stay.
-fn visible(text: &str) -> String {
+/// The sequences of [`paint`] and of the help: the colours of its tones, bold, underlined, and their end.
+const COLOURS: [&str; 6] = ["\u{1b}[31m", "\u{1b}[32m", "\u{1b}[33m", "\u{1b}[1m", "\u{1b}[4m", "\u{1b}[0m"];
+
+/// Escapes control characters of a text, because names and titles of files must not control the terminal. Line ends and tabs stay, and the
+/// sequences of [`paint`] if colours are used.
+fn visible(text: &str, colours: bool) -> String {
     let mut shown = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(c) = rest.chars().next() {
-        let colour = rest.strip_prefix("\u{1b}[").and_then(|codes| codes.split_once('m'));
-        let colour = colour.filter(|(codes, _)| codes.chars().all(|c| c.is_ascii_digit() || c == ';'));
-        if let Some((_, after)) = colour {
-            let (sequence, left) = rest.split_at(rest.len() - after.len());
-            shown.push_str(sequence);
-            rest = left;
+        if let Some(colour) = COLOURS.iter().find(|colour| rest.starts_with(**colour)).filter(|_| colours) {
+            shown.push_str(colour);
+            rest = &rest[colour.len()..];
             continue;
         }
         if c.is_control() && !matches!(c, '\n' | '\t') {
@@ -82,7 +82,7 @@ fn visible(text: &str) -> String {
 
 /// Writes to standard output. A reader that stops reading (`| head`) does not cause an error.
 pub fn print(text: &str) -> Result<(), Error> {
-    match write(&visible(text)) {
+    match write(&visible(text, colours())) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Error::Write("standard output".into(), error))
         }
@@ -193,6 +193,17 @@ fn folded(text: &str, width: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn law_only_own_sequences_reach_the_terminal() {
+        let own = paint(Tone::Bad, "wrong", true) + "\n\tnext";
+        assert_eq!(visible(&own, true), own);
+        // Hidden, cleared, a window's title; and none where nothing is coloured.
+        for foreign in ["\u{1b}[8m", "\u{1b}[2J", "\u{1b}]0;x\u{7}", "\u{85}", "\u{1b}[38;5;1m"] {
+            assert!(!visible(foreign, true).contains(char::is_control), "{foreign:?}");
+        }
+        assert!(!visible(&own, false).contains('\u{1b}'));
+    }
 
     #[test]
     fn law_folded_lines_fit_and_keep_their_words() {

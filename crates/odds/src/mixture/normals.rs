@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use standstill_numeric::{exp, ln};
 use standstill_sim::{Purpose, Streams, Tape};
 
-use super::{FEW, PARTS, SEARCHED, WIDER};
+use super::{FEW, PARTS, WIDER};
 use crate::subset::{Settings, UNREAD, of_samples};
 
 /// Strips of draws, each with its length.
@@ -86,8 +86,8 @@ impl Mixture {
             moments[member].add(&layout.draws(tape));
             runs[member].insert(*run);
         }
-        let lone =
-            runs.iter().map(|runs| runs.len() == 1 && runs.iter().all(|run| *run < SEARCHED)).collect();
+        // A chain of the search counts as a run: what one draw of many found, others may have missed.
+        let lone = runs.iter().map(|runs| runs.len() == 1).collect();
         let samples: Vec<bool> =
             layout.0.iter().flat_map(|(purpose, _, length)| vec![of_samples(*purpose); *length]).collect();
         let fit = |moments: &Moments| moments.fit(alike, &common, &far, &samples);

@@ -73,9 +73,13 @@ fn law_parts_are_told_by_direction_and_each_has_its_own_runs() {
         *run = 5;
     }
     assert_eq!(Mixture::of(&mut of, 2.0).expect("states").lone, [true, false]);
-    // What draws of twice the spread have found counts as found by all.
+    // A chain of the search is a finder beside the run, and alone it is one.
     of[3].0 = SEARCHED + 2;
     assert_eq!(Mixture::of(&mut of, 2.0).expect("states").lone, [false, false]);
+    for (run, _) in of.iter_mut().take(30) {
+        *run = SEARCHED + 2;
+    }
+    assert_eq!(Mixture::of(&mut of, 2.0).expect("states").lone, [true, false]);
 }
 
 #[test]

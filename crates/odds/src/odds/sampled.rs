@@ -69,11 +69,21 @@ impl Odds {
         }
         let factor = exp(student(effective - 1.0) * error);
         self.probability = Estimate { value, low: value / factor, high: (value * factor).min(1.0) };
-        self.estimator = Estimator::Mixture { parts: sampled.parts, effective: whole(effective) };
+        self.estimator = Estimator::Mixture {
+            parts: sampled.parts,
+            effective: whole(effective),
+            searched: sampled.searched,
+        };
         // They say that runs miss parts or have few states in them: the mixture has the parts of all runs, and weights that
         // do not depend on how many states each has.
         if sampled.lone() <= LONE {
-            self.remarks.append(&mut self.alarms);
+            // Without a search, only runs can have found a part that some of them miss.
+            let stays = |alarm: &Alarm| {
+                !sampled.searched && matches!(alarm, Alarm::Missed { .. } | Alarm::TooRare { .. })
+            };
+            let (alarms, mut remarks) = std::mem::take(&mut self.alarms).into_iter().partition(stays);
+            self.alarms = alarms;
+            self.remarks.append(&mut remarks);
         }
         self.failures = sampled.failures;
         self

@@ -155,7 +155,7 @@ fn law_importance_sampling_is_taken_where_it_is_better_or_has_found_more() {
     // Too few effective draws; enough of them, with the smaller error; an error larger than that of the runs.
     assert!(by_runs(&of(1.05e-6, 0.1, [199, 0])));
     let taken = of(1.05e-6, 0.3, [1000, 0]);
-    assert_eq!(taken.estimator, Estimator::Mixture { parts: 2, effective: 1000 });
+    assert_eq!(taken.estimator, Estimator::Mixture { parts: 2, effective: 1000, searched: true });
     assert!(by_runs(&of(1.05e-6, 0.01, [400, 0])), "runs err by 0.028, 400 draws by 0.05");
     // The interval is that of 1,000 hits of 100,000: a deviation of √(0.001 − 0.00001), and Student's 1.962.
     let factor = (1.9623 * (1.0_f64 / 1000.0 - 1e-5).sqrt()).exp();

@@ -45,6 +45,7 @@ fn statements(stop: &AtomicBool) -> Result<Vec<Statement>, PaperError> {
         Statement::new("mean error of the largest i_d", "subdivision", "°", [4.05, mean_error(&records)], 0.1).because(
             "no set of errors that the paper states gives more than 1.9°; four of its readings at one angle differ by 0.12 A, not by \
              ±1 A, and its largest i_d and its zero of i_q lie 2° beside its encoder's angle on the same side, as noise does not",
+            1.84,
         ),
         Statement::new("wrong poles", "subdivision", "", [0.0, f64::from(u32::try_from(wrong).unwrap_or(u32::MAX))], 0.0),
     ])

@@ -59,12 +59,13 @@ fn method(odds: &Odds) -> String {
             odds.levels,
             count(odds.trials)
         ),
-        By::Mixture { parts, effective } => format!(
-            "by importance sampling around the {} that {} runs of subset simulation (up to {} levels) and draws of twice the spread found in \
+        By::Mixture { parts, effective, searched } => format!(
+            "by importance sampling around the {} that {} runs of subset simulation (up to {} levels){} found in \
              the event: as good as {} independent starts with it, {} trials",
             if parts == 1 { "part".to_owned() } else { format!("{parts} parts") },
             odds.runs.len(),
             odds.levels,
+            if searched { " and draws of twice the spread" } else { "" },
             count(effective),
             count(odds.trials)
         ),

@@ -143,7 +143,7 @@ pub fn sections(found: &Qualification, witnesses: Option<&[Witness]>) -> Vec<Sec
         ));
     }
     let blocks = match witnesses {
-        Some(all) => vec![Block::Text(heard(witnesses)), Block::Table(witness::table(all))],
+        Some(all) => vec![Block::Text(heard(witnesses)), Block::Table(witness::table(all, "known by"))],
         None => vec![Block::Text(heard(None))],
     };
     sections.push(Section::new("Witnesses", blocks));

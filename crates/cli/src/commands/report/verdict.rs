@@ -124,12 +124,17 @@ pub fn next(run: &FinishedRun, tone: Tone) -> Vec<(String, String)> {
     let best = (0..points.len()).min_by(|a, b| ranking.compare(&points[*a].summary, &points[*b].summary));
     // The points of the file are in the same order.
     let place = best.and_then(|best| run.file.points().ok()?.into_iter().nth(best));
-    let Some(place) = place else { return Vec::new() };
+    let Some((place, trials)) = place.zip(best.map(|best| points[best].summary.trials)) else {
+        return Vec::new();
+    };
     begun.line += &set("axes", "{}");
     begun.line.extend(place.values.iter().map(|(key, value)| set(key, &written(value))));
     let folder = quoted(&run.folder.display().to_string());
     vec![
-        (format!("more starts at the best point{note}"), format!("standstill run {}", begun.line)),
+        (
+            format!("ten times as many starts at the best point{note}"),
+            format!("standstill run {} --trials {}", begun.line, 10 * trials),
+        ),
         ("why the start with the largest error ended so".to_owned(), format!("standstill explain {folder}")),
     ]
 }

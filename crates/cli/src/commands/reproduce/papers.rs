@@ -46,7 +46,7 @@ fn report(paper: &Paper, found: &[Statement]) -> Report {
     let witnesses: Vec<Witness> = found.iter().map(|statement| statement.witness.clone()).collect();
     let blocks = vec![
         verdict(tone, headline, details),
-        Block::Table(witness::table(&witnesses)),
+        Block::Table(witness::table(&witnesses, "computed by")),
         Block::Text(
             "Known: the paper's number; here: this program's. docs/notes/witnesses.md has the scenarios."
                 .to_owned(),
