@@ -191,11 +191,11 @@ fn arguments(words: impl IntoIterator<Item = OsString>) -> Result<Arguments, Err
             if error.use_stderr() {
                 error.exit()
             }
-            let help = error.render();
-            let text = if terminal::colours() { help.ansi().to_string() } else { help.to_string() };
-            match terminal::print(&text) {
-                Ok(()) => std::process::exit(0),
-                Err(error) => error,
+            match error.print().and_then(|()| std::io::stdout().flush()) {
+                Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                    Error::Write("standard output".into(), error)
+                }
+                _ => std::process::exit(0),
             }
         }
         _ => Error::Arguments(
