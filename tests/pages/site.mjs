@@ -1,5 +1,5 @@
 // Looks at the pages of the built site: node site.mjs SITE [FOLDER] (SITE is what scripts/site.sh made; its newest version).
-// Each page is opened at 390 and 1280 pixels, light and dark: it does not scroll sideways, its links and their headings exist, its
+// Each page is opened at 1280 pixels in light and at 390 in dark colours: it does not scroll sideways, its links and their headings exist, its
 // pictures load, and a page of the guide has at most two screens at 1280 x 1000. FOLDER keeps pictures of some.
 
 import { mkdirSync, readFileSync } from 'node:fs';

@@ -173,7 +173,7 @@ pub type Judge<'a, E> = &'a mut dyn FnMut(f64, u64) -> Result<Option<Look>, E>;
 struct Looks<'a, 'b, E> {
     search: &'a Search,
     judge: Judge<'b, E>,
-    /// What is known of each value, by its bits: its position in the range, the number of trials requested, and the result. An invalid
+    /// The looks at each value, by the value's bits: position in the range, number of trials requested, and result. An invalid
     /// value has no result.
     known: BTreeMap<u64, (f64, u64, Option<Look>)>,
 }

@@ -146,7 +146,7 @@ pub(crate) fn sample<S: System>(
                 .push(((taken - before) as f64 / count as f64, mixture.draw(settings, MIXED, number).0));
         }
     }
-    // What a trial reads beyond the mixture's draws comes onto the tape as it is read.
+    // Simulating a trial extends its tape by the draws that the mixture does not have.
     let failures = std::mem::take(&mut sampled.failures);
     let parts = failures.chunks(AT_ONCE).map(<[_]>::to_vec).collect();
     let read = in_parallel(parts, &|part: Vec<(f64, Tape)>| {

@@ -125,7 +125,7 @@ fn broken(which: usize, Place { time, modes, current }: Place) -> End {
 }
 
 /// Bit patterns (`f64::to_bits`) of five results of a library's detector: the angle and its standard deviation in rad, the evidence for the
-/// pole and the evidence needed, both in standard deviations, and the age of the angle in s. A missing result is none.
+/// pole and the evidence needed, both in standard deviations, and the age of the angle in s. A number that the detector does not give is none.
 type Measured = [Option<u64>; 5];
 
 /// Content of a line: number of the trial, duration in ns, true if the motor has a magnet, bits of five numbers of the run (angle at its

@@ -58,7 +58,7 @@ pub struct Paper {
     pub name: &'static str,
     /// Authors, title, publication and DOI.
     pub citation: &'static str,
-    /// What the paper does not state and is assumed here.
+    /// Assumptions on points that the paper does not state.
     pub assumed: &'static [&'static str],
     statements: fn(&AtomicBool) -> Result<Vec<Statement>, PaperError>,
 }

@@ -31,7 +31,7 @@ fn regress_a_cause_of_starts_without_an_answer_is_a_question_only_if_its_removal
     assert!(next.len() == 1 && next[0].starts_with("check m.toml"), "{next:?}");
     let answer = carried_out(&next[0], at);
     assert!(answer.contains("suited to detection"), "{answer}");
-    // Of a start with an answer, the error that makes most of its error is still a question.
+    // A start with an answer has a next question, too: the source of most of its error.
     let next = commands(&said(&["explain", "weak", "--worst", "1"], 0, at));
     assert!(!next.is_empty(), "{next:?}");
 }
@@ -75,6 +75,8 @@ fn regress_a_report_of_a_sweep_goes_on_at_its_best_point() {
     said(&[&["sweep", "m.toml", "--trials", "20", "--out", "s"][..], &axis].concat(), 0, at);
     let next = commands(&said(&["report", "s"], 0, at));
     assert!(next[0].starts_with("run m.toml") && next[0].contains("detector.pulse=40us"), "{next:?}");
+    // Twenty starts of the same seed would be those of the sweep.
+    assert!(next[0].ends_with("--trials 200"), "{next:?}");
     assert!(next[1] == "explain s", "{next:?}");
     for command in &next {
         carried_out(command, at);

@@ -199,7 +199,7 @@ fn law_the_glossary_explains_each_number_of_a_run_and_each_measure_of_a_limit() 
     let measures = help.split("unanswered <= 0.1 %`: ").nth(1).and_then(|rest| rest.split(". Starts").next());
     let measures =
         measures.expect("the measures of a limit").split_whitespace().collect::<Vec<_>>().join(" ");
-    // What stands in brackets behind a name explains it; those of `P(|e| > X)` are part of the name.
+    // A remark in brackets follows a name; the brackets of `P(|e| > X)` belong to the name.
     let without = |name: &str| name.split(" (").next().unwrap_or_default().to_owned();
     let names = summary["summary"].as_object().expect("a table").keys().cloned();
     let names: Vec<String> = names.chain(split_outside(&measures).iter().map(|name| without(name))).collect();

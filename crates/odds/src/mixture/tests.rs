@@ -48,7 +48,7 @@ fn analytic_weights_have_a_mean_of_one_wherever_the_parts_lie() {
     let error = always.variation();
     assert!(always.effective() > 200.0, "{}", always.effective());
     assert!((always.probability() - 1.0).abs() < 4.0 * error, "{} ± {error}", always.probability());
-    // Of half of all starts half: x and y do not depend on each other.
+    // x and y have the same distribution, so the event x > y has a probability of a half.
     let half = sampled(&Function::new(2, |z| z[0] - z[1]), states(200, Purpose::CurrentGain, apart));
     assert!((half.probability() - 0.5).abs() < 4.0 * 0.5 * half.variation(), "{}", half.probability());
     let shares: f64 = half.failures.iter().map(|(share, _)| share).sum();

@@ -21,7 +21,7 @@ fn law_growth_stays_within_its_limits() {
         assert!(peak < 1.1 * most_current, "{peak} {lengths:?}");
         assert!(lengths[7] > 2.0 * lengths[0], "{lengths:?}");
     }
-    // What is good enough ends it, and a second train is at least a quarter longer.
+    // Pulses that suffice end the detection; a second train has pulses that are at least a quarter longer.
     let mut motor = LineMotor { deviation: 0.002, slope: 1e-3, ..LineMotor::at(77.0) };
     let (_, findings) = found(detect(adaptive, &mut motor, |_| ()));
     assert!(findings.angle_deviation.expect("stated") <= limits.deviation);
