@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Output};
 
 use super::{Bench, CASES, Case, Random, Ready, tree};
 
@@ -186,15 +186,20 @@ fn law_an_answer_that_cannot_be_printed_is_no_success() {
     }
 }
 
+/// Begins a run into the folder `o`, of which no file may be larger than 32 KiB.
+fn run_in_small_files(at: &Path) -> Output {
+    fs::write(at.join("s.toml"), "trials = 4000\n[detector]\nmethod = \"bipolar\"\n").expect("written");
+    let program = env!("CARGO_BIN_EXE_standstill");
+    let limited = format!("ulimit -f 64 && exec '{program}' run s.toml --out o");
+    Command::new("sh").args(["-c", &limited]).current_dir(at).output().expect("it starts")
+}
+
 /// A limit of the size of files (`ulimit -f`, a quota) ends a run with a message and a journal that goes on.
 #[test]
 fn law_a_file_that_may_not_grow_is_named_and_the_run_goes_on_without_the_limit() {
     let folder = crate::folder();
     let at = folder.path();
-    fs::write(at.join("s.toml"), "trials = 4000\n[detector]\nmethod = \"bipolar\"\n").expect("written");
-    let program = env!("CARGO_BIN_EXE_standstill");
-    let limited = format!("ulimit -f 64 && exec '{program}' run s.toml --out o");
-    let output = Command::new("sh").args(["-c", &limited]).current_dir(at).output().expect("it starts");
+    let output = run_in_small_files(at);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.contains("File too large") && said.contains("run.journal"), "{said}");
@@ -209,10 +214,7 @@ fn law_a_file_that_may_not_grow_is_named_and_the_run_goes_on_without_the_limit()
 fn law_a_command_of_another_program_in_a_folder_is_not_proposed() {
     let folder = crate::folder();
     let at = folder.path();
-    fs::write(at.join("s.toml"), "trials = 4000\n[detector]\nmethod = \"bipolar\"\n").expect("written");
-    let program = env!("CARGO_BIN_EXE_standstill");
-    let limited = format!("ulimit -f 64 && exec '{program}' run s.toml --out o");
-    Command::new("sh").args(["-c", &limited]).current_dir(at).output().expect("it starts");
+    run_in_small_files(at);
     let said = || String::from_utf8(crate::standstill(&["status", "o"], at).stdout).expect("text");
     assert!(said().contains("standstill run s.toml --out o --resume"), "{}", said());
     let note = at.join("o/.standstill-scenario.json");
