@@ -15,6 +15,14 @@ const PAGES: [(&str, &str, &str); 2] = [
     ("report", "comparison.html", "standstill report FOLDER OTHER"),
 ];
 
+/// How the names of the folders of `explain` begin, with the options that select its trials.
+const SELECTIONS: [(&str, &str); 4] = [
+    ("trial-", "--trial"),
+    ("worst-", "--worst"),
+    ("unanswered-", "--unanswered --worst"),
+    ("wrong-poles-", "--wrong-poles --worst"),
+];
+
 /// Returns all pages, including those of `explain`, which has a folder for each selection of trials.
 fn pages(folder: &Path) -> Vec<(String, &'static str, String)> {
     let mut pages = PAGES.map(|(place, name, command)| (place.to_owned(), name, command.to_owned())).to_vec();
@@ -59,16 +67,11 @@ pub fn mark(folder: &Path) -> Result<Vec<String>, Error> {
 }
 
 /// Returns the options of `explain` that are encoded in the name of its folder. Returns none for other names.
-pub fn options_of(name: &str) -> Option<String> {
+fn options_of(name: &str) -> Option<String> {
     let (of, point) = name
         .split_once("-point-")
         .map_or((name, String::new()), |(of, point)| (of, format!(" --point {point}")));
-    let chosen = if let Some(trial) = of.strip_prefix("trial-") {
-        format!(" --trial {trial}")
-    } else if let Some(most) = of.strip_prefix("worst-") {
-        format!(" --worst {most}")
-    } else {
-        format!(" --wrong-poles --worst {}", of.strip_prefix("wrong-poles-")?)
-    };
-    Some(chosen + &point)
+    SELECTIONS
+        .iter()
+        .find_map(|(begin, options)| Some(format!(" {options} {}{point}", of.strip_prefix(begin)?)))
 }

@@ -300,6 +300,14 @@ fn regress_a_run_whose_starts_have_no_answer_says_what_to_do_next() {
             && explained.contains("standstill trace drone-u8 -s"),
         "{explained}"
     );
+    // A page on these starts becomes older than its run as others do.
+    let longer = ["--trials", "62", "--resume"];
+    let text = said(&standstill(&[&broken[..2], &broken[4..], &longer].concat(), at));
+    assert!(
+        text.contains("explain/unanswered-1/explain.html, which is older")
+            && text.contains("standstill explain broken --unanswered --worst 1 --force"),
+        "{text}"
+    );
     // One that answers has nothing to look for.
     let text =
         said(&standstill(&["run", "paper-5k5", "--trials", "60", "-s", "detector.method=bipolar"], at));

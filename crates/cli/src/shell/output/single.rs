@@ -27,7 +27,8 @@ pub fn replace(path: &Path, content: &[u8]) -> Result<(), Error> {
 
 /// Writes a whole new file at once, so that an incomplete file never exists under this name.
 ///
-/// # Errors A file of this name exists, or the file cannot be written.
+/// # Errors
+/// A file of this name exists, or the file cannot be written.
 pub fn create_new(path: &Path, content: &[u8]) -> Result<(), Error> {
     let there = || Error::InTheWay { path: path.to_owned(), is: "there already", needed: "a new file" };
     remove_stale(folder_of(path));
