@@ -123,7 +123,7 @@ pub fn begin(
     let ratio = if (0.97..1.03).contains(&ratio) { if ratio > 1.0 { 1.1 } else { 0.9 } } else { ratio };
     point.plant.inductance = [inductance * ratio, inductance * (2.0 - ratio)];
     // To two digits: people will read it in a data sheet.
-    let round = |value: f64| format!("{value:.1e}").parse::<f64>().unwrap_or(value);
+    let round = |value: f64| standstill_quantity::significant(value, 2);
     let (current, magnet_flux) = match &start.motor {
         Some(motor) => (motor.rated_current, motor.magnet_flux),
         None => (round(reach), round(3.0 * inductance * reach)),

@@ -31,6 +31,17 @@ pub fn rounded(value: f64, power: i32) -> f64 {
     exponent.parse().ok().and_then(|e: i32| format!("{mantissa}e{}", e + power).parse().ok()).unwrap_or(value)
 }
 
+/// Returns a number rounded to so many significant digits, at least one.
+///
+/// ```
+/// use standstill_quantity::significant;
+///
+/// assert_eq!((significant(0.123_456, 3), significant(-1750.0, 2)), (0.123, -1800.0));
+/// ```
+pub fn significant(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value)
+}
+
 /// Decimals for numbers of which the largest has this size: so many, but at least three and at most seven significant
 /// digits of that one. There are motors of milliamperes and of kiloamperes.
 pub fn decimals(usual: usize, largest: f64) -> usize {
@@ -52,7 +63,7 @@ pub fn number(usual: usize, value: f64) -> String {
 /// assert_eq!((short(66.111_736_497_630_03), short(-20.0), short(0.1 + 0.2)), ("66.1117".into(), "-20".into(), "0.3".into()));
 /// ```
 pub fn short(value: f64) -> String {
-    (format!("{value:.5e}").parse::<f64>().unwrap_or(value) + 0.0).to_string()
+    (significant(value, 6) + 0.0).to_string()
 }
 
 /// Returns a whole number for people, with a comma before each three digits if it has five or more.
@@ -124,10 +135,7 @@ impl Scale {
 pub fn listed(values: &[f64], symbol: &str) -> String {
     let scale =
         Scale::suiting(symbol, values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs())));
-    let text = |value: &f64| {
-        let value = scale.number(*value);
-        format!("{value:.3e}").parse::<f64>().unwrap_or(value).to_string()
-    };
+    let text = |value: &f64| significant(scale.number(*value), 4).to_string();
     format!("{} {}", values.iter().map(text).collect::<Vec<_>>().join(", "), scale.unit)
 }
 

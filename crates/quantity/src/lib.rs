@@ -30,7 +30,7 @@ use std::str::FromStr;
 #[doc(hidden)]
 pub use estimate::or_nan;
 pub use estimate::{Estimate, at_most, fixed};
-pub use human::{Scale, count, decimals, listed, magnitude, number, rounded, short};
+pub use human::{Scale, count, decimals, listed, magnitude, number, rounded, short, significant};
 pub use serial::Number;
 pub use text::{QuantityError, any_quantity, si_power, si_value, split};
 pub use unit::{Dimension, Unit};

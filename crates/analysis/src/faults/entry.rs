@@ -2,6 +2,7 @@
 
 use standstill_detect::Method;
 use standstill_interface::choice;
+use standstill_quantity::significant;
 use standstill_scenario::{Document, FaultMode, FileError, Origin, Plan, Scenario};
 use toml::Value;
 
@@ -70,7 +71,7 @@ impl Entry {
         let mut keys = vec![(key("mode"), Value::from(mode.name()))];
         if let Some(size) = mode.size() {
             let [low, high] = (size.typical)(scenario);
-            let value = |number: f64| Value::Float(significant(number));
+            let value = |number: f64| Value::Float(significant(number, 3));
             let size = if mode.is_fixed() || low == high {
                 value(high)
             } else {
@@ -79,7 +80,7 @@ impl Entry {
             keys.push((key("magnitude"), size));
         }
         for (name, further) in mode.further() {
-            let both = (further.size.typical)(scenario).map(|number| Value::Float(significant(number)));
+            let both = (further.size.typical)(scenario).map(|number| Value::Float(significant(number, 3)));
             keys.push((key(name), Value::Array(both.to_vec())));
         }
         Self { modes: vec![mode], begins: Begins::Before, keys }
@@ -143,7 +144,7 @@ impl Entry {
             return entry;
         };
         if self.begins != Begins::Before {
-            let onset = [0.0, significant(duration)].map(Value::Float);
+            let onset = [0.0, significant(duration, 3)].map(Value::Float);
             entry.keys.push((format!("{fault}.onset"), Value::Array(onset.to_vec())));
         }
         if self.begins == Begins::Briefly {
@@ -177,12 +178,4 @@ impl Entry {
         unchecked.set_value(CHECKS, Value::Boolean(false), Origin::Option("--mode"))?;
         Ok((broken, Some(plan.changed(unchecked)?)))
     }
-}
-
-/// Rounds a number to three significant digits.
-fn significant(number: f64) -> f64 {
-    if number == 0.0 {
-        return 0.0;
-    }
-    format!("{number:.2e}").parse().unwrap_or(number)
 }

@@ -1,6 +1,7 @@
 //! Ranges of the values among which settings are searched.
 
 use standstill_numeric::ln;
+use standstill_quantity::significant;
 
 use crate::bracket::between;
 
@@ -31,7 +32,7 @@ impl Range {
     /// ```
     pub fn at(&self, place: f64) -> f64 {
         let value = between((self.low, self.high), place.clamp(0.0, 1.0));
-        let value = if self.whole { value.round() } else { digits(value) };
+        let value = if self.whole { value.round() } else { significant(value, 4) };
         value.clamp(self.low, self.high)
     }
 
@@ -44,8 +45,4 @@ impl Range {
         };
         place.clamp(0.0, 1.0)
     }
-}
-
-fn digits(value: f64) -> f64 {
-    format!("{value:.3e}").parse().unwrap_or(value)
 }

@@ -6,10 +6,10 @@ use nalgebra::DMatrix;
 use standstill_interface::Dq;
 use standstill_numeric::{Symmetric, atan2, sin};
 
-use self::axis::{bracket, distinct, nearest, one_sided, rounded};
+use self::axis::{bracket, distinct, nearest, one_sided};
 use super::MapAxes;
 use standstill_files::{MapError, MapPoint, MapSamples, Place};
-use standstill_quantity::short;
+use standstill_quantity::{short, significant};
 
 /// Fluxes over a rectangle of currents; the first index of a matrix is that of i_d.
 pub(super) struct Grid {
@@ -143,7 +143,8 @@ impl Grid {
             let ratio = step(&most) / step(&least);
             if ratio > UNEVEN {
                 let words = |pair: &[f64]| {
-                    let [width, low, high] = [step(&pair), pair[0], pair[1]].map(rounded);
+                    let [width, low, high] =
+                        [step(&pair), pair[0], pair[1]].map(|current| significant(current, 6));
                     format!("{width} A (from {low} to {high} A)")
                 };
                 let found =
@@ -280,7 +281,7 @@ impl Grid {
     pub(super) fn cell(&self, current: Dq<f64>) -> (&Place, String) {
         let sides = |axis: &[f64], i: f64| {
             let after = axis.partition_point(|x| *x <= i).clamp(1, axis.len() - 1);
-            [rounded(axis[after - 1]), rounded(axis[after])]
+            [axis[after - 1], axis[after]].map(|current| significant(current, 6))
         };
         let ([d_low, d_high], [q_low, q_high]) = (sides(&self.d, current.d), sides(&self.q, current.q));
         let place = self.place(nearest(&self.d, current.d), nearest(&self.q, current.q));

@@ -310,5 +310,5 @@ fn numbers(values: impl Iterator<Item = f64>) -> Value {
 }
 
 fn rounded(value: f64) -> f64 {
-    if value.is_finite() { format!("{value:.8e}").parse().unwrap_or(value) } else { value }
+    if value.is_finite() { standstill_quantity::significant(value, 9) } else { value }
 }

@@ -142,7 +142,7 @@ fn of_torque_constant(per_peak: f64, pole_pairs: f64) -> f64 {
 /// Rounds the value of a converted number to six digits; the given number has fewer.
 fn in_six_digits(mut converted: Value) -> Value {
     if let Some(Value::Float(value)) = converted.get_mut("value") {
-        *value = format!("{value:.5e}").parse().unwrap_or(*value);
+        *value = standstill_quantity::significant(*value, 6);
     }
     converted
 }

@@ -1,6 +1,7 @@
 //! Conversion of a `[nameplate]` to the tables of a data sheet.
 
 use standstill_files::sheet::PLAIN;
+use standstill_quantity::significant;
 use toml::{Table, Value};
 
 /// Tables that may stand beside a `[nameplate]`.
@@ -54,8 +55,7 @@ impl Strength {
         let flux = flux.max(0.1 * l_d * self.rated_current);
         let torque = 1.5 * self.pole_pairs * flux * self.rated_current;
         let speed = self.dc_link / (3.0_f64.sqrt() * flux * self.pole_pairs);
-        [0.16 * torque / speed, 0.014 * torque]
-            .map(|value| format!("{value:.1e}").parse::<f64>().unwrap_or(value))
+        [0.16 * torque / speed, 0.014 * torque].map(|value| significant(value, 2))
     }
 }
 

@@ -1,10 +1,5 @@
 //! Values of one current of a grid, in order.
 
-/// Returns a current for messages: six digits, without those that subtraction leaves.
-pub(super) fn rounded(current: f64) -> f64 {
-    format!("{current:.5e}").parse().unwrap_or(current)
-}
-
 pub(super) fn one_sided(axis: &[f64]) -> bool {
     axis[0] == 0.0 || axis[axis.len() - 1] == 0.0
 }
