@@ -10,6 +10,7 @@ pub mod setup;
 pub mod table;
 pub mod terminal;
 pub mod values;
+pub mod wrap;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

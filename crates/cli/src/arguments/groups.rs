@@ -34,7 +34,7 @@ pub static HELP: LazyLock<String> = LazyLock::new(|| {
             let help = || (*name == "help").then(|| "This text, or the help of a command".to_owned());
             // A program without a feature lacks commands.
             let Some(about) = about.or_else(help) else { continue };
-            for (k, line) in crate::shell::terminal::wrapped(&about, WIDTH - INDENT).iter().enumerate() {
+            for (k, line) in crate::shell::wrap::wrapped(&about, WIDTH - INDENT).iter().enumerate() {
                 let name = if k == 0 { name } else { "" };
                 let _ = writeln!(text, "  {name:<width$}{line}", width = INDENT - 2);
             }

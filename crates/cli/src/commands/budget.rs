@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::figures::{self, Bar};
 use crate::shell::command_line::quoted;
 use crate::shell::{NOT_SHOWN, Report};
-use standstill_quantity::count;
+use standstill_quantity::{count, significant};
 
 /// Smallest number of samples with which the shares are accurate enough. With fewer samples the answer is marked as doubtful.
 const FEW: u64 = 50;
@@ -36,7 +36,7 @@ impl Part {
     /// Returns four fifths of the whole rms error in degrees, rounded to two digits. None if as much may remain without this contribution:
     /// then no value of its source has so small an error.
     fn fifth_less(&self, rms_deg: f64) -> Option<f64> {
-        let limit = format!("{:.1e}", 0.8 * rms_deg).parse().ok()?;
+        let limit = significant(0.8 * rms_deg, 2);
         self.rms.is_some_and(|[_, without]| limit > without.high).then_some(limit)
     }
 

@@ -1,6 +1,7 @@
 //! `standstill check`: the suitability of a motor, and the recommended settings.
 
 mod answer;
+mod checked;
 mod file;
 mod words;
 
@@ -11,6 +12,7 @@ use standstill_plant::Motor;
 use standstill_scenario::doubts::{self as sheet_doubts, of_sheet, wrong_signature};
 use standstill_scenario::{Document, FileError, Origin, Rotor, Scenario};
 
+use self::checked::Checked;
 use super::init;
 use crate::answer::{Answer, Made, verdict};
 use crate::arguments::{Check, Temperatures};
@@ -83,7 +85,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         }
     })?;
     spinner.finish_and_clear();
-    let asked = words::Checked {
+    let asked = Checked {
         motor: &motor,
         named: &options.motor,
         errors: file.errors.0,

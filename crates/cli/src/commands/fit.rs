@@ -1,6 +1,7 @@
 //! `standstill fit`: a motor's data identified from scope traces.
 
 mod answer;
+mod drive;
 mod next;
 mod prediction;
 
@@ -11,6 +12,7 @@ use standstill_fit::{MOST_USED, Start, fit, is_like};
 use standstill_plant::{DataSheet, Files, Motor, built_in};
 use standstill_scenario::Document;
 
+use self::drive::{DRIVE_KEYS, SETTLE_KEY, estimate_of};
 use crate::answer::{Answer, Made};
 use crate::arguments::{Fit as Options, Keys};
 use crate::error::Error;
@@ -28,29 +30,6 @@ const FILES: [&str; 8] = [
     "prediction.svg",
     "prediction.png",
 ];
-
-/// Keys of the drive that a fit uses. Other keys are refused.
-const DRIVE_KEYS: [&str; 8] = [
-    "inverter.devices",
-    "inverter.dead_time",
-    "inverter.switch_drop",
-    "inverter.switch_resistance",
-    "inverter.channel_resistance",
-    "inverter.diode_drop",
-    "inverter.diode_resistance",
-    SETTLE_KEY,
-];
-
-/// Key of the settling time of the amplifier at the DC-link shunt.
-const SETTLE_KEY: &str = "sensors.settle";
-
-/// Keys that state the resistance of the switches.
-const SWITCH_KEYS: [&str; 2] = ["inverter.switch_resistance", "inverter.channel_resistance"];
-
-/// Converts a key of the drive to the name of the fit's estimate for this key.
-fn estimate_of(key: &str) -> &str {
-    if SWITCH_KEYS.contains(&key) { "switch_resistance" } else { key.trim_start_matches("inverter.") }
-}
 
 fn read(path: &Path) -> Result<Record, Error> {
     let bytes = Files::default().read(path).map_err(|error| Error::Read(path.to_owned(), error))?;

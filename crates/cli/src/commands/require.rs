@@ -13,7 +13,7 @@ use standstill_analysis::bracket::{Bound, Edge, Found, Search, Side, Stretch};
 use standstill_analysis::limit::{Limit, Limits};
 use standstill_analysis::require::{Bench, Judged, Taken};
 use standstill_campaign::Estimate;
-use standstill_quantity::{count, short};
+use standstill_quantity::{count, short, significant};
 use standstill_report::page::Tone;
 use standstill_scenario::{FileError, Plan};
 
@@ -195,17 +195,12 @@ fn nearest(key: &str, limits: &Limits, judged: &[Judged]) -> Vec<String> {
         Some(format!(
             "smallest {}: {}{gap}{}, at {key} = {}",
             limit.measure,
-            rounded_to_three(scale.number(value)),
+            short(significant(scale.number(value), 3)),
             scale.unit,
             shown(key, best.value)
         ))
     };
     limits.0.iter().enumerate().filter_map(of).collect()
-}
-
-/// Formats a number with three significant digits.
-fn rounded_to_three(value: f64) -> String {
-    short(format!("{value:.2e}").parse().unwrap_or(value))
 }
 
 /// Returns the range of a key in SI units. Without a requested range, the default range around the scenario's value is used.

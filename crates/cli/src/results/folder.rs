@@ -8,7 +8,10 @@ use standstill_report::study::ErrorCloud;
 use standstill_scenario::{Document, Rotor, ScenarioFile, Verdict};
 use standstill_table::{Cell, Column, Format, Reader, TableError};
 
-use super::{Begun, STATISTICS, SUMMARY, SummaryFile, intact, trials_name};
+use super::begun::Begun;
+use super::intact;
+use super::names::{STATISTICS, SUMMARY, trials_name};
+use super::summary::SummaryFile;
 use crate::columns::{AGE, HALF_SECTOR, needed_columns, trial_columns};
 use crate::error::Error;
 use crate::shell::command_line::quoted;

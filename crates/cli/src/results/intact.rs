@@ -7,7 +7,7 @@ use std::path::Path;
 
 use standstill_files::{Digest, read_text};
 
-use super::SUMMARY;
+use super::names::SUMMARY;
 use crate::error::Error;
 use crate::shell::command_line::quoted;
 use crate::shell::terminal::tell;

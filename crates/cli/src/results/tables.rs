@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use standstill_campaign::store::Shard;
 use standstill_files::Digest;
 
-use super::SUMMARY;
+use super::names::SUMMARY;
 use crate::error::Error;
 use crate::shell::command_line::quoted;
 use crate::shell::output::Output;

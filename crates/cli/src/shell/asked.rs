@@ -81,7 +81,8 @@ impl NotedQuestion {
     /// Returns the new content of the folder's note ([`NOTE`]). It is the present content, with this question and the digests of the named
     /// files added. `staged` returns the path of a file before it is moved to the folder.
     ///
-    /// # Errors A file cannot be read. The error contains the file's name.
+    /// # Errors
+    /// A file cannot be read. The error contains the file's name.
     pub fn note(
         &self,
         folder: &Path,

@@ -23,20 +23,11 @@ pub fn quoted(word: &str) -> String {
 
 /// Returns true if a line consists of words as [`quoted`] writes them, so that a shell reads nothing but words.
 pub fn is_quoted(line: &str) -> bool {
-    let mut words = vec![String::new()];
-    let mut rest = line.chars();
-    let mut is_inside = false;
-    while let Some(c) = rest.next() {
-        let word = words.last_mut().expect("a word");
-        match c {
-            '\'' => is_inside = !is_inside,
-            ' ' if !is_inside => words.push(String::new()),
-            '\\' if !is_inside && rest.next() == Some('\'') => word.push('\''),
-            c => word.push(c),
-        }
-    }
-    let again: Vec<String> = words.iter().map(|word| quoted(word)).collect();
-    again.join(" ") == line && !line.chars().any(char::is_control)
+    let meant = |word: &str| {
+        let inner = word.strip_prefix('\'').and_then(|rest| rest.strip_suffix('\''));
+        inner.map_or_else(|| word.to_owned(), |inner| inner.replace(r"'\''", "'"))
+    };
+    split(line).iter().all(|word| quoted(&meant(word)) == *word) && !line.chars().any(char::is_control)
 }
 
 /// Returns the command-line option that sets a key, with a leading space.
@@ -81,6 +72,11 @@ fn split(command: &str) -> Vec<&str> {
     }
     words.push(&command[start..]);
     words
+}
+
+/// Returns the words of a line, split at spaces outside quotes.
+pub fn words(line: &str) -> Vec<&str> {
+    split(line).into_iter().filter(|word| !word.is_empty()).collect()
 }
 
 /// Returns this process's command line, quoted for a shell. Returns an empty text in a host program.

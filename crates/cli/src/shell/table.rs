@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 use console::{Alignment, measure_text_width, pad_str};
 use standstill_report::page::{Column, Kind, Table};
 
-use super::terminal::{colours, paint, paragraph, width, wrapped};
+use super::terminal::{colours, paint, paragraph, width};
+use super::wrap::{pieces, wrapped, wrapped_title};
 
 /// Smallest column width into which prose is wrapped.
 const NARROWEST: usize = 24;
@@ -129,7 +130,8 @@ impl Layouter {
     fn least(&self, places: &[usize]) -> Vec<usize> {
         let least = |place: &usize| {
             let column = &self.0.columns[*place];
-            let title = pieces(&column.title()).map(measure_text_width).max().unwrap_or_default();
+            let title =
+                pieces(&column.title()).map(|(_, piece)| measure_text_width(piece)).max().unwrap_or_default();
             let cells = self.widest(*place);
             title.max(if column.kind == Kind::Prose { cells.min(NARROWEST) } else { cells })
         };
@@ -168,8 +170,10 @@ impl Layouter {
 
     fn drawn(&self, layout: &Layout, head: Option<usize>, colours: bool) -> String {
         let mut text = String::new();
-        let titles: Vec<Vec<String>> =
-            layout.iter().map(|(place, width)| broken(&self.0.columns[*place].title(), *width)).collect();
+        let titles: Vec<Vec<String>> = layout
+            .iter()
+            .map(|(place, width)| wrapped_title(&self.0.columns[*place].title(), *width))
+            .collect();
         // A list of names and values has no titles.
         if self.0.has_titles() {
             self.lines(&mut text, layout, &titles, |_, line| line);
@@ -226,7 +230,7 @@ impl Layouter {
         for (tone, row) in &self.0.rows {
             let mut block = String::new();
             for (column, cell) in self.0.columns.iter().zip(row).filter(|(_, cell)| !cell.is_empty()) {
-                let title = broken(&column.title(), titles);
+                let title = wrapped_title(&column.title(), titles);
                 let cell = wrapped(cell, width.saturating_sub(titles + AROUND + 1));
                 for k in 0..title.len().max(cell.len()) {
                     let line = cell.get(k).cloned().unwrap_or_default();
@@ -240,31 +244,6 @@ impl Layouter {
         }
         blocks.join("\n")
     }
-}
-
-/// Splits a title at the places where it may be wrapped: at spaces, and after the dots of keys.
-fn pieces(title: &str) -> impl Iterator<Item = &str> {
-    title.split(' ').flat_map(|word| word.split_inclusive('.'))
-}
-
-/// Wraps a title to lines of at most this width; longer pieces are not split.
-fn broken(title: &str, width: usize) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in title.split(' ') {
-        for (k, piece) in word.split_inclusive('.').enumerate() {
-            let line = lines.last_mut().expect("a line");
-            let between = if k == 0 && !line.is_empty() { " " } else { "" };
-            if line.is_empty()
-                || measure_text_width(line) + between.len() + measure_text_width(piece) <= width
-            {
-                line.push_str(between);
-                line.push_str(piece);
-            } else {
-                lines.push(piece.to_owned());
-            }
-        }
-    }
-    lines
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use console::{Style, Term, measure_text_width};
 use standstill_report::page::Tone;
 
 use super::host::{self, keywords::keywords};
+use super::wrap::wrapped;
 use crate::error::Error;
 
 /// Width in characters if there is no terminal.
@@ -108,24 +109,6 @@ pub fn tell(line: &str) {
         &mut std::io::stderr(),
         format_args!("{}", for_reading_of_errors(format!("standstill: {line}\n"))),
     );
-}
-
-/// Wraps words to lines of at most `width` characters; a longer word gets its own line.
-pub fn wrapped(text: &str, width: usize) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
-        let line = lines.last_mut().expect("a line");
-        let used = measure_text_width(line);
-        if line.is_empty() {
-            line.push_str(word);
-        } else if used + 1 + measure_text_width(word) <= width {
-            line.push(' ');
-            line.push_str(word);
-        } else {
-            lines.push(word.to_owned());
-        }
-    }
-    lines
 }
 
 /// Formats a paragraph in the width of prose. The first line begins with `first`. All other lines are indented by the width of `first`.

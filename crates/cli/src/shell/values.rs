@@ -10,6 +10,12 @@ use standstill_scenario as file;
 use crate::results::PointSummary;
 use crate::summary::{decimals_of, share_of};
 
+/// Formats a current in A in a suitable unit with three decimals.
+pub fn ampere(value: f64) -> String {
+    let scale = Scale::suiting("A", value);
+    format!("{:.3} {}", scale.number(value), scale.unit)
+}
+
 /// Format for the values of one sweep axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {

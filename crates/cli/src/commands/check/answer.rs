@@ -5,8 +5,9 @@ use standstill_analysis::{
     Advice, Candidate, Condition, Demand, Demands, Effort, Setting, Suited, Wanting, most_work,
 };
 
+use super::checked::Checked;
 use super::file::Written;
-use super::words::{Checked, estimate_beyond, settings};
+use super::words::{estimate_beyond, settings};
 use crate::shell::command_line::{self, quoted};
 
 /// Returns the lines on the next steps, with command lines; `written`: the scenario file that was written, if any.

@@ -11,7 +11,7 @@ use crate::arguments::Check;
 use crate::error::Error;
 use crate::shell::asked::digest;
 use crate::shell::output::{beside, folder_of, remove_stale, replace};
-use crate::shell::terminal::wrapped;
+use crate::shell::wrap::wrapped;
 
 /// Width of the file's comment in columns.
 const COLUMNS: usize = 98;

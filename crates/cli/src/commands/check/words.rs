@@ -5,36 +5,16 @@ mod recommended;
 mod turning;
 mod unsuited;
 
-use standstill_analysis::{Candidate, Condition, Demand, Demands, Effort, Setting, Suitability, Suited};
+use standstill_analysis::{Candidate, Condition, Demand, Suited};
 use standstill_detect::Method;
-use standstill_plant::{DataSheet, Motor};
 use standstill_report::page::{Block, Column, Table, Tone};
-use standstill_scenario::{ErrorSet, Rotor};
+use standstill_scenario::Rotor;
 
+use super::checked::{Checked, amperes, keys, milliseconds, percent};
 use crate::shell::values::without_setting;
 
 pub use self::motor::estimate_beyond;
 use self::motor::{assumptions, condition, poles, published, saliency, single, terminals};
-
-/// A question to `check`, with its answer.
-pub struct Checked<'a> {
-    pub motor: &'a Motor,
-    /// The motor or file, as named on the command line.
-    pub named: &'a str,
-    pub errors: ErrorSet,
-    pub sheet: &'a DataSheet,
-    pub demands: &'a Demands,
-    pub effort: Effort,
-    pub found: &'a Suitability,
-    /// Warning that the polarity signature set by the scenario is doubtful. None if it is not doubtful.
-    pub signature: Option<&'a str>,
-    /// Doubts about the numbers of the data sheet.
-    pub doubts: &'a [String],
-    /// Keys of the data sheet with the numbers that are probably meant. Empty without a guess.
-    pub meant: &'a [(String, String)],
-    /// Keys set on the command line in addition to the motor or file.
-    pub keys: Vec<(String, String)>,
-}
 
 impl Checked<'_> {
     /// Returns the tone of the verdict, and the verdict in one word.
@@ -133,11 +113,6 @@ impl Checked<'_> {
     }
 }
 
-/// Formats a value that is already in per cent.
-fn percent(share: f64) -> String {
-    format!("{} %", standstill_quantity::rounded(share, 2))
-}
-
 /// Returns the part of the answer below the verdict as blocks. `next` has the lines on the next steps.
 pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
     let found = asked.found;
@@ -170,29 +145,6 @@ fn untried(asked: &Checked<'_>) -> Option<String> {
             untried.join("; ")
         )
     })
-}
-
-/// Formats a share between 0 and 1. The text is in per cent if the share is at least 1e-4.
-fn share(value: f64) -> String {
-    match value {
-        v if v < 1e-9 => "one in a billion".to_owned(),
-        v if v < 1e-4 => format!("{v:.0e}"),
-        v => format!("{:.2} %", 100.0 * v),
-    }
-}
-
-/// Formats a method and the keys of its settings.
-pub fn setting(setting: &Setting) -> String {
-    match keys(setting) {
-        keys if keys.is_empty() => setting.method.to_string(),
-        keys => format!("{} with {keys}", setting.method),
-    }
-}
-
-fn keys(setting: &Setting) -> String {
-    let keys: Vec<String> =
-        setting.keys.iter().map(|(key, value)| format!("{} {value}", key.replace('_', " "))).collect();
-    keys.join(", ")
 }
 
 /// Formats the verdict on a method as a table cell. The cell has the settings, the objections, and the demand that limits the settings,
@@ -245,24 +197,6 @@ fn number(value: f64, digits: usize) -> String {
     if value.is_finite() { format!("{value:.digits$}") } else { "–".to_owned() }
 }
 
-/// Formats a factor with two digits. The factor comes from few angles and starts, so more digits would not be significant.
-fn factor(value: f64) -> String {
-    if value < 9.95 {
-        return format!("{value:.1}");
-    }
-    let two: f64 = format!("{value:.1e}").parse().unwrap_or(value);
-    format!("{two:.0}")
-}
-
-/// Formats a current in A, with enough digits for motors of a few milliamperes.
-fn amperes(value: f64) -> String {
-    if value > 0.0 { standstill_quantity::number(1, value) } else { "–".to_owned() }
-}
-
-fn milliseconds(seconds: f64) -> String {
-    if seconds.is_finite() { standstill_quantity::number(1, seconds * 1e3) } else { "–".to_owned() }
-}
-
 fn cells(candidate: &Candidate) -> (Tone, Vec<String>) {
     let (locked, free) = (&candidate.locked, &candidate.free);
     let tone = if candidate.objections.is_empty() { Tone::Good } else { Tone::Bad };
@@ -291,12 +225,6 @@ pub fn settings(method: &Method<f64>, has_poles: bool) -> Vec<(&'static str, Str
 mod tests {
     use super::*;
     use crate::shell::table::Print as _;
-
-    #[test]
-    fn law_a_factor_has_two_digits() {
-        let found = [1.04, 9.94, 9.96, 17.4, 99.6, 164.3, 3149.0].map(factor);
-        assert_eq!(found, ["1.0", "9.9", "10", "17", "100", "160", "3100"]);
-    }
 
     #[test]
     fn law_the_free_column_has_the_name_of_the_state_that_is_judged() {

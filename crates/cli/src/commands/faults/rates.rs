@@ -6,7 +6,7 @@ use standstill_interface::Choice as _;
 use standstill_scenario::{Document, FaultMode};
 use toml::Value;
 
-use super::Row;
+use super::row::Row;
 use crate::error::Error;
 
 /// Rates of failure modes, all in the same unit, such as failures in 10⁹ h.

@@ -4,10 +4,15 @@ use standstill_analysis::faults::{Begins, Entry};
 use standstill_scenario::{FaultMode, Plan};
 use standstill_sim::MOST_FAULTS;
 
-use super::Left;
 use super::rates::Rates;
 use crate::arguments::Faults as Options;
 use crate::error::Error;
+
+/// A fault that the drive cannot have, with the reason.
+pub struct Left {
+    pub mode: FaultMode,
+    pub reason: String,
+}
 
 /// Checks that there is something to study. At least one fault is needed, or two faults if `--pairs` is given. If there are rates, one
 /// fault must have a rate above zero. `left` has the faults that the drive cannot have.

@@ -3,7 +3,7 @@
 use standstill_analysis::faults::Counts;
 use standstill_report::page::{Column, Table, Tone};
 
-use super::{Row, percent};
+use super::row::{Row, percent};
 
 /// Paragraphs that explain the columns.
 pub const LEGEND: [&str; 6] = [

@@ -1,11 +1,25 @@
 //! Sentences of `faults`: the headline and its details.
 
-use standstill_analysis::faults::{Worst, trials_that_show};
+use standstill_analysis::faults::{Allowed, Worst, trials_that_show};
 use standstill_quantity::{count, short};
 use standstill_report::page::Tone;
 
-use super::{Row, Subject, percent};
+use super::rates::Rates;
+use super::row::{Row, percent};
 use crate::summary::FAILING;
+
+/// The question that the rows of the table answer.
+pub struct Subject<'a> {
+    /// The scenario with its keys, for a command line.
+    pub asked: String,
+    pub rates: Option<&'a Rates>,
+    pub allowed: Allowed,
+    /// True if the scenario itself has faults. They are then present in each row.
+    pub has_own: bool,
+    pub has_magnet: bool,
+    /// True if the motor has a magnet and its data show which pole is which.
+    pub has_poles: bool,
+}
 
 /// Largest share of dangerous answers of a fault for which the headline is still good.
 const MOST: f64 = 1e-3;

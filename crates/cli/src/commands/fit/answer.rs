@@ -5,23 +5,19 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 use standstill_fit::record::{LINK, Record as Trace};
 use standstill_fit::{Estimate, Fit, NonIdentifiable, Prediction};
-use standstill_quantity::{Scale, number};
+use standstill_quantity::{Scale, number, significant};
 use standstill_report::page::{Block, Column, Section, Table, Tone};
 
 use super::{next, prediction};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Fit as Options;
 use crate::figures;
+use crate::shell::values::ampere;
 use crate::summary::{decimals_of, fixed};
 
 /// Ratio of the information in the readings to the information in the prior, along one direction of the parameters; a
 /// direction with a smaller ratio is named as hardly identified.
 const HARDLY_IDENTIFIED: f64 = 0.1;
-
-/// Formats a number that is an assumption, or follows from one: with two digits.
-pub(super) fn two_digits(value: f64) -> f64 {
-    format!("{value:.1e}").parse().unwrap_or(value)
-}
 
 /// Parameters whose non-identifiable directions the text names; fit.json contains the directions of all parameters.
 const OF_THE_WINDING: [&str; 4] = ["L_d", "L_q", "angle", "resistance"];
@@ -214,11 +210,6 @@ fn table(fit: &Fit) -> Table {
     Table::new(columns).rows(rows)
 }
 
-pub(super) fn ampere(value: f64) -> String {
-    let scale = Scale::suiting("A", value);
-    format!("{:.3} {}", scale.number(value), scale.unit)
-}
-
 /// Returns the sentence on the capacitance of the terminals, which the simulation leaves out. Its ringing frequency is that of one phase
 /// against the two others in parallel (3/2 of the mean inductance) with 0.3 nF, a usual capacitance of boards.
 fn ringing(fit: &Fit) -> String {
@@ -342,7 +333,7 @@ fn sentences(fit: &Fit, files: &[String]) -> Vec<String> {
     let of = |name: &str, value: f64| {
         let estimate = fit.parameters.iter().find(|estimate| estimate.name == name);
         let scale = Scale::suiting(estimate.map_or("", |estimate| estimate.unit), value.abs());
-        let value = two_digits(scale.number(value.abs()));
+        let value = significant(scale.number(value.abs()), 2);
         format!("{value} {}", scale.unit.replace("ohm", "Ω")).trim_end().to_owned()
     };
     let named = |direction: &&NonIdentifiable| {

@@ -5,22 +5,16 @@ use std::fmt::Write as _;
 
 use standstill_fit::{Discrepancy, Fit, Misfit, Pulse, Swing};
 use standstill_quantity::unit::{Ampere, Hertz, Second};
-use standstill_quantity::{Quantity, Scale, number};
+use standstill_quantity::{Quantity, Scale, number, significant};
 
-use super::answer::two_digits;
+use super::drive::SWITCH_KEYS;
 use crate::arguments::Fit as Options;
 
 /// Names of the rotor's axes.
 const AXES: [&str; 3] = ["+d", "−d", "q"];
 
-/// Rounds a value to `digits` significant digits.
-fn rounded(value: f64, digits: i32) -> f64 {
-    let scale = format!("{value:.0$e}", usize::try_from(digits - 1).unwrap_or(0));
-    scale.parse().unwrap_or(value)
-}
-
 fn amperes(value: f64) -> String {
-    Quantity::<Ampere>::si(rounded(value, 2)).to_string()
+    Quantity::<Ampere>::si(significant(value, 2)).to_string()
 }
 
 /// Returns the sentence on the range of currents in which saturation was measured, and on the saturation that is stated for larger
@@ -56,7 +50,7 @@ fn estimated_and_begun_with(fit: &Fit, one: &Discrepancy) -> [String; 2] {
     let estimate = fit.parameters.iter().find(|estimate| estimate.name == one.name);
     [estimate.map_or(f64::NAN, |estimate| estimate.value), one.begun_with].map(|value| {
         let scale = Scale::suiting(one.unit, value.abs());
-        format!("{} {}", rounded(scale.number(value), 3), scale.unit.replace("ohm", "Ω"))
+        format!("{} {}", significant(scale.number(value), 3), scale.unit.replace("ohm", "Ω"))
     })
 }
 
@@ -158,7 +152,7 @@ fn after_a_misfit(fit: &Fit, again: &str, traces: &[String]) -> Vec<String> {
         Some(Misfit::LargeCurrents { pulse, below, .. }) => vec![
             format!(
                 "For angle, L_d, L_q and resistance: record the same pulses at most {} long, which stay below {}, and shorter again until they are described; then standstill fit SHORT.csv --out ANOTHER",
-                Quantity::<Second>::si(rounded(pulse, 2)),
+                Quantity::<Second>::si(significant(pulse, 2)),
                 amperes(below)
             ),
             "For the saturation: measure a flux map, name it in a data sheet ([map] file = \"MAP.csv\"), then: standstill magnetics SHEET.toml, standstill check SHEET.toml (docs/own-motor-map.md)".to_owned(),
@@ -189,8 +183,8 @@ pub(super) fn probe(fit: &Fit) -> Option<String> {
     let lag = fit.parameters.iter().find(|estimate| estimate.name == "probe_lag")?.value;
     Some(format!(
         "The currents lag as behind probes of {} bandwidth (first order, {}): the simulation has them so. A probe of ten times that bandwidth makes delay, dead time and drops exact.",
-        Quantity::<Hertz>::si(rounded(1.0 / (TAU * lag), 2)),
-        Quantity::<Second>::si(rounded(lag, 2))
+        Quantity::<Hertz>::si(significant(1.0 / (TAU * lag), 2)),
+        Quantity::<Second>::si(significant(lag, 2))
     ))
 }
 
@@ -198,7 +192,7 @@ fn pulse(fit: &Fit, axis: usize, Pulse { legs, duration, current }: Pulse) -> St
     format!(
         "record a pulse with legs {}, {} long, which drives {} along {}{}",
         legs.join(","),
-        Quantity::<Second>::si(rounded(duration, 2)),
+        Quantity::<Second>::si(significant(duration, 2)),
         amperes(current),
         AXES[axis],
         if axis < 2 && !fit.pole.identified { ", or the other way" } else { "" }
@@ -228,12 +222,12 @@ pub(super) fn steps(fit: &Fit, options: &Options) -> Vec<String> {
     if !pulses.is_empty() {
         steps.push(format!("For saturation: {}; then {again} MORE.csv --out ANOTHER", pulses.join("; ")));
     }
-    if !options.set.iter().any(|(key, _)| super::SWITCH_KEYS.contains(&key.as_str())) {
+    if !options.set.iter().any(|(key, _)| SWITCH_KEYS.contains(&key.as_str())) {
         let switch = fit.plant.devices.switch_resistance;
         steps.push(format!(
             "For the resistance: measure it between two terminals (half of that), or state the switches' from their data sheet (here {} mΩ, a guess): -s {}",
-            two_digits(1e3 * switch),
-            if fit.plant.devices.switch_drop > 0.0 { super::SWITCH_KEYS[0] } else { super::SWITCH_KEYS[1] }
+            significant(1e3 * switch, 2),
+            if fit.plant.devices.switch_drop > 0.0 { SWITCH_KEYS[0] } else { SWITCH_KEYS[1] }
         ));
     }
     let sheet = options.out.join("motor.toml");

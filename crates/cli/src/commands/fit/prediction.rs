@@ -5,11 +5,11 @@ use standstill_fit::{Fit, Prediction};
 use standstill_quantity::number;
 use standstill_report::page::{Block, Column, Section, Table};
 
-use super::answer::ampere;
 use crate::answer::Answer;
 use crate::arguments::Fit as Options;
 use crate::figures;
 use crate::shell::command_line::quoted;
+use crate::shell::values::ampere;
 
 /// Largest ratio of two relative residuals, that of the prediction and that of the fit, at which the fit is valid for a record. A relative
 /// residual is divided by the rms of its currents.

@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use standstill_files::read_at_most;
+use standstill_quantity::rounded;
 
 use crate::error::Error;
 
@@ -148,12 +149,12 @@ pub fn sheet(path: &Path) -> Result<(String, String), Error> {
         "si_motor_poles / 2; 14 poles are what VESC Tool begins with",
     );
     line("resistance", quoted(&format!("{r} Ω")), "measured", "foc_motor_r");
-    line("L_d", quoted(&format!("{} H", digits(l - half))), inductances.0, inductances.1);
-    line("L_q", quoted(&format!("{} H", digits(l + half))), inductances.0, inductances.1);
+    line("L_d", quoted(&format!("{} H", rounded(l - half, 0))), inductances.0, inductances.1);
+    line("L_q", quoted(&format!("{} H", rounded(l + half, 0))), inductances.0, inductances.1);
     line("magnet_flux", quoted(&format!("{flux} Wb")), "measured", "foc_motor_flux_linkage");
     line("rated_current", quoted(&format!("{current} A")), "given", "l_current_max, the peak of a phase");
     let (link, reason) = link(&settings)?;
-    line("dc_link", quoted(&format!("{} V", digits(link))), "assumed", &reason);
+    line("dc_link", quoted(&format!("{} V", rounded(link, 0))), "assumed", &reason);
     text += "\n# By how much the inductances fall at rated current. The file does not say: without it the pole cannot be judged.\n\
              # saturation = { d = \"6 %\", minus_d = \"-3 %\", q = \"10 %\" }\n";
 
@@ -167,7 +168,7 @@ pub fn sheet(path: &Path) -> Result<(String, String), Error> {
     {
         // `foc_f_zv` is the frequency of the zero vectors, of which there are two in a period of the carrier.
         let carrier = if settings.texts.contains_key("foc_f_zv") { frequency / 2.0 } else { frequency };
-        keys.push(format!("-s inverter.carrier=\"{} Hz\"", digits(carrier)));
+        keys.push(format!("-s inverter.carrier=\"{} Hz\"", rounded(carrier, 0)));
     }
     if let Some(dead) = settings.number("foc_dt_us")?.filter(|dead| *dead > 0.0) {
         keys.push(format!("-s inverter.dead_time=\"{dead} us\""));
@@ -181,11 +182,6 @@ pub fn sheet(path: &Path) -> Result<(String, String), Error> {
 /// Formats a text as a TOML string.
 fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
-}
-
-/// Rounds a number to twelve significant digits to remove rounding errors.
-fn digits(value: f64) -> f64 {
-    format!("{value:.11e}").parse().unwrap_or(value)
 }
 
 /// Returns the DC-link voltage in V and a text that states its source.

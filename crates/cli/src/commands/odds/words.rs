@@ -4,7 +4,7 @@ use serde_json::json;
 use standstill_analysis::subset::Run;
 use standstill_analysis::{Alarm, Anatomy, Draw, Estimator as By, Event, Odds, Sector};
 use standstill_campaign::Estimate;
-use standstill_quantity::{count, magnitude, rounded};
+use standstill_quantity::{count, magnitude, rounded, significant};
 use standstill_report::page::{Block, Column, Section, Table, Tone};
 
 use crate::answer::{Answer, Record, Records, verdict};
@@ -38,7 +38,7 @@ fn cells(sector: &Sector) -> Vec<String> {
 
 /// Formats a large number of trials with two digits.
 pub(super) fn about(trials: f64) -> String {
-    let two = format!("{trials:.1e}").parse().unwrap_or(trials);
+    let two = significant(trials, 2);
     if two < 1e6 { count(two) } else { format!("{} million", rounded(two, -6)) }
 }
 
@@ -47,7 +47,7 @@ pub(super) fn times(ratio: f64) -> String {
     if ratio < 1.5 {
         return "about".to_owned();
     }
-    let two = format!("{ratio:.1e}").parse().unwrap_or(ratio);
+    let two = significant(ratio, 2);
     format!("{} times", if two < 10.0 { two.round().to_string() } else { count(two) })
 }
 
@@ -81,8 +81,8 @@ fn one_in(p: &Estimate) -> Option<String> {
     const NAMES: [(f64, &str); 3] = [(1e12, " million million"), (1e9, " billion"), (1e6, " million")];
     let often = Estimate { value: 1.0 / p.value, low: 1.0 / p.high, high: 1.0 / p.low };
     let behind = magnitude(often.value)? - often.last_place()?;
-    let digits = usize::try_from(behind.clamp(0, 2)).unwrap_or(0);
-    let often = (p.value > 0.0).then(|| format!("{:.digits$e}", 1.0 / p.value).parse::<f64>().ok())??;
+    let digits = 1 + usize::try_from(behind.clamp(0, 2)).unwrap_or(0);
+    let often = (p.value > 0.0).then(|| significant(1.0 / p.value, digits))?;
     let (unit, name) = NAMES.into_iter().find(|(unit, _)| often >= *unit).unwrap_or((1.0, ""));
     match rounded(often / unit, 0) {
         1.0 if name.is_empty() => Some("nearly every start".to_owned()),

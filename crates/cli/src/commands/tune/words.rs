@@ -3,7 +3,7 @@
 use standstill_analysis::limit::{Limit, Measure};
 use standstill_analysis::tune::{Judged, Question as Asked, Tuned};
 use standstill_campaign::Estimate;
-use standstill_quantity::{Scale, count, listed, short};
+use standstill_quantity::{Scale, count, listed, short, significant};
 use standstill_report::page::{Column, Table, Tone};
 
 use crate::commands::require::Unanswered;
@@ -115,20 +115,21 @@ pub fn within(
 ) -> (Tone, String) {
     let Some(peak) = exceeding(rated, asked, tuned) else { return (tone, headline) };
     let tone = if tone == Tone::Bad { tone } else { Tone::Warning };
-    (tone, format!("{headline}; it draws {} A, more than the rated {} A", number_of(peak), short(rated)))
-}
-
-/// Formats a current with four digits.
-fn number_of(value: f64) -> String {
-    short(format!("{value:.3e}").parse().unwrap_or(value))
+    (
+        tone,
+        format!(
+            "{headline}; it draws {} A, more than the rated {} A",
+            short(significant(peak, 4)),
+            short(rated)
+        ),
+    )
 }
 
 /// Formats the limits with at most four digits. The mark `(start)` follows a limit that was computed with the initial settings.
 pub fn limits(asked: &Asked<'_>) -> String {
     let one = |limit: &Limit| {
         let scale = scale(limit.measure, limit.most);
-        let most = scale.number(limit.most);
-        let most = format!("{most:.3e}").parse::<f64>().unwrap_or(most);
+        let most = significant(scale.number(limit.most), 4);
         let start = if asked.relative.contains(&limit.measure) { " (start)" } else { "" };
         format!("{} <= {most} {}{start}", limit.measure, scale.unit)
     };

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use clap::CommandFactory;
 
 use crate::arguments::Arguments;
+use crate::shell::command_line::words;
 
 /// An option of the command line, to be named as a Python keyword argument.
 struct Keyword {
@@ -123,20 +124,6 @@ pub fn choices(command: &str, option: &str) -> Vec<String> {
     let taken = argument.filter(|argument| argument.get_action().takes_values());
     let values = taken.map(clap::Arg::get_possible_values).unwrap_or_default();
     values.iter().map(|value| value.get_name().to_owned()).collect()
-}
-
-/// Splits a line of words at spaces outside quotes.
-fn words(line: &str) -> Vec<&str> {
-    let mut quote = None;
-    let split = line.split(move |c: char| {
-        match quote {
-            Some(open) if c == open => quote = None,
-            None if "'\"".contains(c) => quote = Some(c),
-            _ => {}
-        }
-        quote.is_none() && c == ' '
-    });
-    split.filter(|word| !word.is_empty()).collect()
 }
 
 /// Returns the option that a word names, and its value if the word has the form `--option=value`.

@@ -11,7 +11,7 @@ use standstill_plant::{
 use standstill_quantity::listed;
 use standstill_scenario::ErrorSet;
 
-use super::{Checked, amperes, factor, percent};
+use super::super::checked::{Checked, amperes, factor, percent};
 
 /// Sentence on how to measure the saturation.
 const MEASURE: &str = "Measure the saturation: `standstill fit` on scope traces of six pulses (docs/own-motor-traces.md, ten minutes), then `saturation = \"… %\"` in [nameplate].";

@@ -7,7 +7,7 @@ use standstill_analysis::{Candidate, Condition, Demand, Suitability};
 use standstill_quantity::count;
 use standstill_scenario::Rotor;
 
-use super::{amperes, factor, percent, share};
+use super::super::checked::{amperes, factor, percent, share};
 
 /// Returns the sentence on the recommended method. It has the factor by which the method is better than required, and the demand with the
 /// smallest margin.

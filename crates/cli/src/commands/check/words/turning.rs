@@ -1,23 +1,26 @@
 //! Sentences of `check` on a rotor that turns during the detection.
 
-use super::Checked;
+use super::super::checked::Checked;
+
+/// Formats a positive number with two digits, rounded by `whole` to a whole number of the second one.
+fn two_digits(value: f64, whole: fn(f64) -> f64) -> String {
+    let place = standstill_quantity::magnitude(value).unwrap_or(0) - 1;
+    standstill_quantity::rounded(whole(standstill_quantity::rounded(value, -place)), place).to_string()
+}
 
 /// Formats a speed in rpm with two digits. The search finds a speed to within 9 %.
 fn rpm(speed: f64) -> String {
-    let place = standstill_quantity::magnitude(speed).unwrap_or(0) - 1;
-    standstill_quantity::rounded(standstill_quantity::rounded(speed, -place).round(), place).to_string()
+    two_digits(speed, f64::round)
 }
 
-/// Formats an upper limit of the speed in rpm with two digits, rounded down.
+/// Formats an upper limit of the speed in rpm, rounded down.
 fn up_to(speed: f64) -> String {
-    let place = standstill_quantity::magnitude(speed).unwrap_or(0) - 1;
-    standstill_quantity::rounded(standstill_quantity::rounded(speed, -place).floor(), place).to_string()
+    two_digits(speed, f64::floor)
 }
 
-/// Formats an angle in degrees with two digits, rounded up.
+/// Formats an angle in degrees, rounded up.
 fn at_most(angle: f64) -> String {
-    let place = standstill_quantity::magnitude(angle).unwrap_or(0) - 1;
-    standstill_quantity::rounded(standstill_quantity::rounded(angle, -place).ceil(), place).to_string()
+    two_digits(angle, f64::ceil)
 }
 
 /// Returns the part of the verdict on dangerous speeds. At such a speed the error exceeds the demand, and the method does not notice that

@@ -6,7 +6,7 @@ use standstill_analysis::{Advice, Alternative, Candidate, Suitability, Suited, W
 use standstill_quantity::count;
 use standstill_report::page::Block;
 
-use super::{amperes, milliseconds, setting};
+use super::super::checked::{amperes, milliseconds, setting};
 
 /// Returns the text for a motor without suitable settings: the changes that were tried, and other ways to start the motor.
 pub fn blocks(found: &Suitability) -> Vec<Block> {
