@@ -2,7 +2,8 @@
 
 use standstill_interface::Sensed;
 
-use super::{Channels, Sensors};
+use super::misread::Misread;
+use super::{Channels, Converted, Sensors};
 use crate::{Draws, Purpose, Streams};
 
 /// The dividers of one drive and their converters.
@@ -11,6 +12,8 @@ pub struct Dividers<'t> {
     channels: Channels<3>,
     is_noisy: bool,
     noise: Draws<'t>,
+    /// The last conversion, if the converters have a fault. None before the first one.
+    last: Option<Converted<3>>,
 }
 
 impl<'t> Dividers<'t> {
@@ -26,17 +29,27 @@ impl<'t> Dividers<'t> {
             ),
             is_noisy: of.noise > 0.0,
             noise: streams.open(Purpose::TerminalNoise),
+            last: None,
         })
     }
 
-    /// Reads the terminals' true voltages `there` in V. For each terminal it returns the reading in V, the status of the reading, and the
-    /// converter's code.
-    pub fn read(&mut self, there: [f64; 3]) -> [(f64, Sensed, u32); 3] {
+    /// Reads the terminals' true voltages `there` in V at `time` in ns, with the faults of all converters. For each terminal it returns the
+    /// reading in V, the status of the reading, and the converter's code.
+    pub fn read(&mut self, there: [f64; 3], misread: Option<&Misread>, time: f64) -> [(f64, Sensed, u32); 3] {
         let mut noise = [0.0; 3];
         if self.is_noisy {
             self.noise.normals(&mut noise);
         }
-        let read = self.channels.read(there, noise);
+        let read = match misread {
+            None => self.channels.read(there, noise),
+            Some(misread) => {
+                let mut channels = self.channels;
+                channels.grow([misread.grown(time); 3]);
+                let read = channels.read(there, noise);
+                let before = self.last.replace(read);
+                if misread.is_stale(time) { before.unwrap_or(read) } else { read }
+            }
+        };
         [0, 1, 2].map(|k| {
             let (value, at_end, code) = read.of(k);
             (value, if at_end { Sensed::Clipped } else { Sensed::Measured }, code)
@@ -52,7 +65,7 @@ mod tests {
     fn read(of: TerminalSensor, there: [f64; 3]) -> [(f64, Sensed, u32); 3] {
         let settings = SensorSettings { terminal: Some(of), ..SensorSettings::IDEAL };
         let streams = Streams::new(1, 0);
-        Dividers::new(&Sensors::draw(settings, streams), streams).expect("dividers").read(there)
+        Dividers::new(&Sensors::draw(settings, streams), streams).expect("dividers").read(there, None, 0.0)
     }
 
     #[test]
@@ -80,7 +93,7 @@ mod tests {
         let settings = SensorSettings { terminal: Some(of), ..SensorSettings::IDEAL };
         let mut dividers = Dividers::new(&Sensors::nominal(settings), Streams::new(1, 0)).expect("dividers");
         let squares: f64 =
-            (0..8000).flat_map(|_| dividers.read([0.0; 3])).map(|(value, ..)| value * value).sum();
+            (0..8000).flat_map(|_| dividers.read([0.0; 3], None, 0.0)).map(|(value, ..)| value * value).sum();
         let rms = (squares / 24_000.0).sqrt();
         assert!((rms / 0.5 - 1.0).abs() < 0.02, "{rms}");
     }

@@ -1,7 +1,7 @@
 //! Faults of sensors: applies those that are present to the readings.
 
 use super::{Channels, Converted};
-use crate::{Broken, Faults, Misreading};
+use crate::{Broken, Fault, Faults, Misreading};
 
 /// The faults of sensors in one run, and the last readings of their channels.
 #[derive(Clone, Debug)]
@@ -39,15 +39,12 @@ impl Misread {
         for fault in self.faults.iter().filter(|fault| fault.is_there(time)) {
             match fault.broken {
                 Broken::Exchanged(a, b) => values.swap(a, b),
-                Broken::Drift(rate) => {
-                    let grown = 1.0 + rate * (time - fault.from.0 as f64) * 1e-9;
-                    channels.grow([grown.max(0.0); 4]);
-                }
                 Broken::Sensor(k, Misreading::Frozen) => frozen[k] = true,
                 Broken::Sensor(k, misreading) => channels.misread(k, misreading),
                 _ => {}
             }
         }
+        channels.grow([self.grown(time); 4]);
         for k in 0..4 {
             if let (true, Some(held)) = (frozen[k], self.held[k]) {
                 channels.misread(k, Misreading::Stuck(held));
@@ -65,6 +62,22 @@ impl Misread {
             }
         }
         let before = self.last.replace(read);
-        if self.faults.at(time).any(|broken| broken == Broken::Stale) { before.unwrap_or(read) } else { read }
+        if self.is_stale(time) { before.unwrap_or(read) } else { read }
+    }
+
+    /// Returns the factor by which the readings of all converters have grown at `time` in ns, because their common reference drifts.
+    pub fn grown(&self, time: f64) -> f64 {
+        let of = |fault: Fault| match fault.broken {
+            Broken::Drift(rate) if fault.is_there(time) => {
+                (1.0 + rate * (time - fault.from.0 as f64) * 1e-9).max(0.0)
+            }
+            _ => 1.0,
+        };
+        self.faults.iter().map(of).product()
+    }
+
+    /// Returns whether the converters repeat the results of the previous sample at `time` in ns.
+    pub fn is_stale(&self, time: f64) -> bool {
+        self.faults.at(time).any(|broken| broken == Broken::Stale)
     }
 }

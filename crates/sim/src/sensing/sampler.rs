@@ -167,7 +167,7 @@ impl<'t> Sampler<'t> {
             self.see(there, &raw, reading);
         }
         if let Some(dividers) = &mut self.dividers {
-            let terminals = dividers.read(there.terminal);
+            let terminals = dividers.read(there.terminal, self.misread.as_ref(), there.time);
             reading.terminal = Abc(terminals.map(|(value, ..)| value));
             reading.terminal_sensed = Abc(terminals.map(|(_, sensed, _)| sensed));
             reading.counts.terminal = Abc(terminals.map(|(.., code)| code));

@@ -86,6 +86,32 @@ fn analytic_the_open_terminal_follows_its_closed_form() {
     assert!(worst < 1e-6, "{worst}");
 }
 
+/// The converters of the terminals share the reference and the results with those of the currents.
+#[test]
+fn analytic_a_reference_that_drifts_and_lost_samples_reach_the_terminals() {
+    let motor = motor();
+    let with = |broken: Option<Broken>| {
+        let mut case = case(&motor, 0.3, TerminalSensor::IDEAL, 0.0);
+        if let Some(broken) = broken {
+            assert!(case.faults.push(Fault::lasting(broken)));
+        }
+        readings(&case, &[pulse(Phase::A, Phase::B)])
+    };
+    let (sound, lost) = (with(None), with(Some(Broken::Stale)));
+    for (drifts, sound) in with(Some(Broken::Drift(-500.0))).iter().zip(&sound) {
+        let grown = 1.0 - 500.0 * sound.at.seconds();
+        for (reads, there) in drifts.terminal.0.into_iter().zip(sound.terminal.0) {
+            assert!((reads - there * grown).abs() <= 1e-12 * LINK, "{reads} {there}");
+        }
+    }
+    // Before the first sample there is none.
+    assert_eq!(lost[0].terminal, sound[0].terminal);
+    for k in 1..sound.len() {
+        assert_eq!(lost[k].terminal, sound[k - 1].terminal);
+        assert!(lost[k].terminal != sound[k].terminal, "the open terminal moves");
+    }
+}
+
 #[test]
 fn analytic_a_filter_behind_a_divider_lags() {
     let (motor, corner) = (motor(), 20e3);
