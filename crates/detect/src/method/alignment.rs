@@ -214,6 +214,26 @@ impl<T: Real> Alignment<T> {
         Ok(())
     }
 
+    /// Checks, at the end of a pull, that the ordered current flows: in each phase that is to carry at least half of the current, at
+    /// least a third of its share. The length of the current's vector does not show this: without phase c both pulls drive a current
+    /// through a and b alone, along 150° and along −30°, so that a rotor which has followed the first feels no torque in the second.
+    fn check_reached(&mut self, second: bool) -> Result<(), Fault<T>> {
+        let ordered = Dq::new(self.settings.current, T::zero()).unpark(Self::direction(second)).phases();
+        // Half of the current, less what rounding takes from it.
+        let half = self.settings.current * T::of(0.499);
+        for (flowing, ordered) in self.current.0.into_iter().zip(ordered.0) {
+            if ordered.abs() >= half {
+                let reached = if ordered < T::zero() { -flowing } else { flowing };
+                let needed = ordered.abs() / T::of(3.0);
+                self.settler.margin.at_least(reached, needed);
+                if reached < needed {
+                    return Err(Fault::NoCurrent { peak: reached, needed });
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn hold(&mut self, current: AlphaBeta<T>) {
         let (count, mean, squares) = self.held;
         let count = count + T::one();
@@ -287,12 +307,7 @@ impl<T: Real> Sequence<T> for Alignment<T> {
                 if command + 1 < self.settings.ramp + self.settings.hold {
                     self.pull(second, command + 1)
                 } else {
-                    let reached = self.current.clarke().norm();
-                    let needed = self.settings.current / T::of(3.0);
-                    self.settler.margin.at_least(reached, needed);
-                    if reached < needed {
-                        return Err(Fault::NoCurrent { peak: reached, needed });
-                    }
+                    self.check_reached(second)?;
                     self.state = if second { State::Leaving } else { State::Settling { second: true } };
                     self.settler.begin()
                 }

@@ -90,6 +90,14 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
             (unit(self.negative) * unit(self.positive) * resistive).scale(-s.saliency().factor::<T>());
         // |N|/|P| = (1/L_d − 1/L_q)/(1/L_d + 1/L_q) = |L_B|/L_A.
         let ratio = negative / positive;
+        // The current's end draws an ellipse with half-axes |P| ± |N|. Of two phases alone it draws a line, |N| = |P|, which is the third
+        // phase's, whatever the rotor's angle.
+        let known = (s.d_axis_inductance - s.q_axis_inductance).abs() / (mean * T::of(2.0));
+        let (width, needed) = (positive - negative, positive * (T::one() - known) / T::of(3.0));
+        margin.at_least(width, needed);
+        if width < needed {
+            return Err(Fault::NoCurrent { peak: width, needed });
+        }
         findings.mean_inductance = Some(s.voltage / (positive * frequency * T::of(1.5)));
         // N has a noise of σ √(2/3)/√n in each component, and the axis's angle is half of N's. Through one shunt, too: its
         // noise is larger across the voltage than along it, so it turns with the voltage, and N is taken against the voltage.

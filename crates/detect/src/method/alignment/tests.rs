@@ -34,6 +34,18 @@ const SETTINGS: AlignmentSettings<f64> = AlignmentSettings {
 /// Returns the outcome for a magnet that sweeps this flux in Wb across the second pull, within 30 commands; `leak`:
 /// constant current in A that unequal legs leave; `noise`: noise of the sensors in A rms.
 fn outcome(settings: AlignmentSettings<f64>, swept: f64, leak: f64, noise: f64, seed: u64) -> Outcome<f64> {
+    outcome_with(settings, swept, leak, noise, seed, |vector| vector)
+}
+
+/// The same, where a winding makes `flowing` of the current that the sound one carries.
+fn outcome_with(
+    settings: AlignmentSettings<f64>,
+    swept: f64,
+    leak: f64,
+    noise: f64,
+    seed: u64,
+    flowing: impl Fn(AlphaBeta<f64>) -> AlphaBeta<f64>,
+) -> Outcome<f64> {
     let mut detector = Alignment::new(settings).expect("settings");
     let mut random = Noise::new(seed);
     let mut readings = Vec::new();
@@ -55,6 +67,7 @@ fn outcome(settings: AlignmentSettings<f64>, swept: f64, leak: f64, noise: f64, 
             let flux = if number < 30 { swept / (30.0 * 1e-3 * settings.resistance) } else { 0.0 };
             vector = if second { AlphaBeta::new(along, flux + leak) } else { AlphaBeta::new(-flux, along) };
         }
+        let vector = flowing(vector);
         readings = (0..command.sampling.count)
             .map(|k| {
                 let Abc(current) = vector.phases().map(|phase| phase + 0.05 + noise * random.gauss());
@@ -89,6 +102,30 @@ fn analytic_the_flux_swept_is_the_integral_of_the_current_across() {
             assert!((seen - swept).abs() < 1e-3 && (needed - 0.3).abs() < 1e-12, "{seen} {swept}");
         }
     }
+}
+
+/// With the wire of one phase open, a voltage raises a current along the line of the two others alone, as large as the voltage's part
+/// along that line. It flows at any angle of the rotor, also against the direction of the first pull.
+#[test]
+fn analytic_a_current_of_two_phases_is_no_pull() {
+    for open in 0..3 {
+        let third = f64::from(open) * std::f64::consts::TAU / 3.0 + std::f64::consts::FRAC_PI_2;
+        let line = AlphaBeta::new(third.cos(), third.sin());
+        let of_two = |vector: AlphaBeta<f64>| line * vector.dot(line);
+        // A magnet that sweeps its whole flux, as that of a free rotor between the two directions does.
+        let Outcome::Failed { fault: Fault::NoCurrent { peak, needed }, .. } =
+            outcome_with(SETTINGS, 0.5, 0.0, 0.0, 1, of_two)
+        else {
+            panic!("phase {open} is open")
+        };
+        // Phases b and c are to carry √3/2 of 7 A in the first pull, phase a 7 A in the second.
+        let ordered: f64 = if open == 0 { 7.0 } else { 7.0 * 0.75_f64.sqrt() };
+        assert!((needed - ordered / 3.0).abs() < 1e-12 && peak < needed, "{open}: {peak} of {needed}");
+    }
+    // A third of the ordered current is enough, in any length.
+    let with = |share: f64| outcome_with(SETTINGS, 0.5, 0.0, 0.0, 1, |vector| vector * share);
+    assert_eq!(refused(&with(0.7)), None);
+    assert!(matches!(with(0.3), Outcome::Failed { fault: Fault::NoCurrent { .. }, .. }));
 }
 
 #[test]

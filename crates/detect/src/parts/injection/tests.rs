@@ -1,5 +1,6 @@
 mod margin;
 mod pulsating;
+mod rotating;
 use standstill_interface::{Dq, Step};
 
 use super::*;
