@@ -15,7 +15,12 @@ THREADS = os.environ.get("THREADS", "1")
 # Modes that need more than the default drive has.
 MORE = ["link-capacitor-aged", "supply-weak", "supply-limited", "current-slow", "comparator-stuck", "timer-off"]
 METHODS = [["line-inductance", "line-inductance-fast", "subdivision", "hfi-rotating", "hfi-pulsating", "bipolar", "maximum-likelihood",
-            "maximum-likelihood-adaptive"], ["open-terminal", "six-pulse"]]
+            "maximum-likelihood-adaptive"], ["open-terminal", "six-pulse"], ["dc-alignment"]]
+# Alignment turns the rotor, and simulates seconds: a third of the starts of the others.
+ALIGNED, FREE = 100, ["-s", "rotor.state=free"]
+# Methods whose samples lie at the end of their commands, beyond which `sample-late` moves none; and those that read no current here.
+AT_END = ["subdivision", "hfi-rotating", "hfi-pulsating", "dc-alignment"]
+WITHOUT_CURRENT = METHODS[1]
 OTHERS = ["-s", "sensors.terminals=true", "-s", "sensors.timer=0.32 us"]
 # What the tables call the most frequent reason.
 SHORT = {"pole not certain enough": "pole open", "a phase has more resistance than the others": "contact", "current sensors disagree": "sensors",
@@ -119,9 +124,16 @@ def methods(program):
         third = study(program, motor, METHODS[1], 300, ["--begins", "before", *link, *modes])[0]
         for row in third:
             row["failure_mode"] = row["failure_mode"].replace("as it is", "as it is with more parts")
+        aligned = studies(program, motor, METHODS[2], ALIGNED, ["--begins", "before", *FREE])[0]
         cells = {}
-        for row in [*first, *second, *third]:
-            cells.setdefault(name(row), {})[row["method"]] = cell(row, False)
+        for row in [*first, *second, *third, *aligned]:
+            mode, method = row["failure_mode"], row["method"]
+            text = cell(row, False)
+            if mode == "sample-late" and method in AT_END:
+                text = "–"
+            if mode.startswith("current") and method in WITHOUT_CURRENT:
+                text = "not read"
+            cells.setdefault(name(row), {})[method] = text
         written(page, f"## `{motor}`", [method for group in METHODS for method in group], cells)
         print(f"{motor}: {len(cells)} faults", flush=True)
 

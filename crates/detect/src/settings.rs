@@ -96,6 +96,17 @@ impl Source {
     pub const ALL: &'static [Self] =
         &[Self::PhaseCurrents, Self::LinkCurrent, Self::Terminals, Self::CapturedTimes];
 
+    /// Returns whether a sensor of currents gives these readings.
+    ///
+    /// ```
+    /// use standstill_detect::Source;
+    ///
+    /// assert!(Source::LinkCurrent.is_current() && !Source::CapturedTimes.is_current());
+    /// ```
+    pub const fn is_current(self) -> bool {
+        matches!(self, Self::PhaseCurrents | Self::LinkCurrent)
+    }
+
     /// Returns whether a drive with the readings `there` has any that a method with the sources `needed` can work with.
     pub fn any_of(needed: &[Self], there: &[Self]) -> bool {
         needed.iter().any(|source| there.contains(source))

@@ -301,7 +301,14 @@ impl FaultMode {
         }
     }
 
-    fn is_of_current_sensor(self) -> bool {
+    /// Returns true if a current sensor is broken, which methods that read no current do not notice.
+    ///
+    /// ```
+    /// use standstill_scenario::FaultMode;
+    ///
+    /// assert!(FaultMode::CurrentDead.is_of_current_sensor() && !FaultMode::SampleLost.is_of_current_sensor());
+    /// ```
+    pub fn is_of_current_sensor(self) -> bool {
         self.has_place() && self.name().starts_with("current")
     }
 

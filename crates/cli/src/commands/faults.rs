@@ -11,7 +11,7 @@ use std::path::Path;
 
 use serde_json::json;
 use standstill_analysis::faults::{Allowed, Begins, Counts, Entry, duration, study};
-use standstill_detect::MethodName;
+use standstill_detect::{MethodName, Settings as _};
 use standstill_plant::Digest;
 use standstill_report::page::Block;
 use standstill_scenario::{Document, FaultMode, Origin, Plan, ScenarioFile};
@@ -75,13 +75,15 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         for entry in &entries {
             let entry = entry.over(lasts);
             let plans = entry.plans(&plan, &document)?;
+            let detector = plans.0.scenario(0)?.detector;
             let row = Row {
                 entry,
                 method: name.clone(),
                 by_name: *method,
                 counts: Counts::default(),
                 has_checks: plans.1.is_some(),
-                in_sectors: plans.0.scenario(0)?.detector.half_sector().is_some(),
+                reads_current: detector.sources().iter().any(|source| source.is_current()),
+                in_sectors: detector.half_sector().is_some(),
             };
             studies.push((row, plans));
         }

@@ -141,7 +141,7 @@ const OF_SHORTS: [(&str, Further); 2] = [
 const SHORTS: &str = "it shorts the DC link through a leg, whose current only stray inductances limit, and there are none here; such a fault trips the drive";
 
 /// Faults that are not simulated: the name of each, and the reason.
-const REFUSED: [(&str, &str); 8] = [
+pub(super) const REFUSED: [(&str, &str); 8] = [
     ("switch-shorted", SHORTS),
     ("gate-stuck-on", SHORTS),
     ("dead-time-missing", SHORTS),
@@ -155,7 +155,11 @@ const REFUSED: [(&str, &str); 8] = [
         "a short to the frame needs a path for the sum of the three currents, which the machine here does not have",
     ),
     ("pole-pair-weak", "all pole pairs are alike here: `magnet-weak` weakens all of them"),
-    ("sheet-pole-pairs", "the number of pole pairs changes no electrical angle"),
+    (
+        "sheet-pole-pairs",
+        "the number of pole pairs changes no electrical angle; where the sheet gives Kv or Ke, a wrong number makes another magnet flux, which the \
+         check `turning` and alignment read",
+    ),
 ];
 
 impl FaultMode {

@@ -254,11 +254,41 @@ fn law_exchanged_wires_mirror_the_answer() {
     }
 }
 
+/// The page has a row for each mode, with the tests of its physics, which exist, and names what is refused.
 #[test]
 fn law_the_page_on_faults_lists_all_modes() {
     let page = include_str!("../../../../docs/faults.md");
+    let tests = [
+        include_str!("tests.rs"),
+        include_str!("tests/values.rs"),
+        include_str!("../../../sim/tests/runs/dividers.rs"),
+        include_str!("../../../sim/tests/runs/faults.rs"),
+        include_str!("../../../sim/tests/runs/faults/software.rs"),
+        include_str!("../../../sim/tests/runs/shorted.rs"),
+        include_str!("../../../sim/tests/runs/supply.rs"),
+    ];
+    let (_, table) = page.split_once("| mode | what is broken | size |").expect("a table of modes");
+    let rows: Vec<Vec<&str>> = table
+        .lines()
+        .skip(2)
+        .take_while(|line| line.starts_with('|'))
+        .map(|line| line.split('|').collect())
+        .collect();
+    let quoted = |cell: &str| cell.split('`').skip(1).step_by(2).map(str::to_owned).collect::<Vec<_>>();
+    let listed: Vec<String> = rows.iter().flat_map(|row| quoted(row[1])).collect();
     for mode in FaultMode::ALL {
-        assert!(page.contains(&format!("`{}`", mode.name())), "{}", mode.name());
+        assert_eq!(listed.iter().filter(|name| *name == mode.name()).count(), 1, "{}", mode.name());
+    }
+    for row in &rows {
+        let witnesses = quoted(row[4]);
+        assert!(!witnesses.is_empty(), "{}", row[1]);
+        for name in witnesses {
+            let is_there = tests.iter().any(|file| file.contains(&format!("\n#[test]\nfn {name}()")));
+            assert!(is_there, "{}: no test {name}", row[1]);
+        }
+    }
+    for (name, _) in super::mode::REFUSED {
+        assert!(page.contains(&format!("`{name}`")), "{name}");
     }
 }
 

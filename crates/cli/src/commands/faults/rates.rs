@@ -95,13 +95,18 @@ impl Rates {
 impl Weighted {
     /// Returns a sentence with the sums.
     pub fn said(&self) -> String {
-        let [wrong, most] =
-            self.wrong_pole.map(|rate| standstill_quantity::short((rate * 1e4).round() / 1e4));
-        let [total, beyond, detected] = [self.total, self.beyond, self.detected]
-            .map(|rate| standstill_quantity::short((rate * 1e4).round() / 1e4));
+        let [wrong, most] = self.wrong_pole.map(rounded);
+        let [total, beyond, detected] = [self.total, self.beyond, self.detected].map(rounded);
         format!(
             "weighted, {}: of {total}, {wrong} lead to a wrong pole (at most {most}, the sum of the 95 % bounds), {beyond} to an angle beyond the limit, {detected} to no answer",
             self.method
         )
     }
+}
+
+/// Formats a sum of rates in three significant digits: rates are seldom known better.
+fn rounded(rate: f64) -> String {
+    let digits = standstill_quantity::magnitude(rate).unwrap_or(0);
+    let unit = 10.0_f64.powi(digits - 2);
+    standstill_quantity::short((rate / unit).round() * unit)
 }

@@ -49,6 +49,14 @@ pub fn are_studied(
             mode.name()
         )));
     }
+    if options.pairs && !entries.iter().any(|entry| entry.weighed().is_some()) {
+        let begins: Vec<&str> = options.begins.iter().map(|begins| begins.name()).collect();
+        return Err(Error::Arguments(format!(
+            "--pairs: found --begins {}, needed {}, too: a pair is of faults that are there before the detection",
+            begins.join(", "),
+            Begins::Before.name()
+        )));
+    }
     let Some(rates) = rates else { return Ok(()) };
     if single.iter().any(|mode| rates.of(Some(*mode)).is_some_and(|rate| rate > 0.0)) {
         return Ok(());

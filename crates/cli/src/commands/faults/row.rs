@@ -1,12 +1,17 @@
 //! A row of the answer of `faults`, and its values for files.
 
-use serde_json::json;
 use standstill_analysis::faults::{Begins, Counts, Entry, reasons_that_name};
 use standstill_campaign::Estimate;
 use standstill_detect::MethodName;
 
 use crate::answer::Record;
 use crate::shell::command_line::{quoted, set_pair};
+
+/// Effect of a fault that the starts do not show.
+pub const LATENT: &str = "none (latent)";
+
+/// Effect of a fault of a current sensor on a method without such a sensor.
+const UNREAD: &str = "none: the method reads no current";
 
 /// A row of the answer: one fault with one method.
 pub struct Row {
@@ -17,6 +22,8 @@ pub struct Row {
     pub counts: Counts,
     /// True if the method has checks that can be switched off.
     pub has_checks: bool,
+    /// True if the method reads a current. Faults of current sensors do not reach the others.
+    pub reads_current: bool,
     /// True if the method answers with sectors. An error is then the angle between the rotor and the border of the sector, for a rotor
     /// outside the sector.
     pub in_sectors: bool,
@@ -37,10 +44,16 @@ impl Row {
         self.entry.name().unwrap_or_else(|| "as it is".to_owned())
     }
 
-    /// Returns the most frequent reason why starts have no answer. Empty if all starts have an answer.
-    pub fn reason(&self) -> String {
+    /// Returns the most frequent reason why starts have no answer. None if all starts have an answer.
+    pub fn reason(&self) -> Option<String> {
         let most = self.counts.unanswered.iter().max_by_key(|(_, count)| **count);
-        most.map_or_else(String::new, |(reason, _)| reason.clone())
+        most.map(|(reason, _)| reason.clone())
+    }
+
+    /// Returns true if the fault cannot reach the method: all its parts are current sensors, and the method reads no current.
+    pub fn is_unread(&self) -> bool {
+        let modes = &self.entry.modes;
+        !self.reads_current && !modes.is_empty() && modes.iter().all(|mode| mode.is_of_current_sensor())
     }
 
     /// Returns the number of starts without an answer whose reason names the faulty part. None if there is no reason that names this part.
@@ -68,7 +81,7 @@ impl Row {
             .with("method", &self.method)
             .with("failure_mode", self.name())
             .with("begins", self.entry.name().map(|_| self.entry.begins.name()))
-            .with("magnitude", self.entry.arguments().join(" "))
+            .with("settings", self.entry.arguments().join(" "))
             .with("effect", self.effect())
             .with("trials", of.trials)
             .with("right", of.right)
@@ -95,7 +108,7 @@ impl Row {
             .with("worst_error_deg", of.worst.map(|worst| worst.error_deg))
             .with("worst_trial", of.worst.map(|worst| worst.trial))
             .with("worst_command", self.worst_command(asked))
-            .with("reasons", json!(of.unanswered).to_string())
+            .with("reasons", &of.unanswered)
             .with("rate", rate)
             .with("wrong_pole_rate_at_most", rate.map(|rate| rate * of.wrong_pole_bound()))
     }
@@ -103,6 +116,9 @@ impl Row {
     /// Returns the effect of the fault in the sense of a failure-mode and effects analysis. None for the drive without a fault.
     pub fn effect(&self) -> Option<String> {
         self.entry.name()?;
+        if self.is_unread() {
+            return Some(UNREAD.to_owned());
+        }
         let of = &self.counts;
         let answers = if of.wrong_pole > 0 {
             Some("wrong pole")
@@ -122,7 +138,7 @@ impl Row {
         let moved = (of.moved > 0).then_some("movement beyond the limit");
         let current = (of.overcurrent > 0).then_some("current beyond the limit");
         let all: Vec<&str> = [answers, moved, current].into_iter().flatten().collect();
-        Some(if all.is_empty() { "none (latent)".to_owned() } else { all.join("; ") })
+        Some(if all.is_empty() { LATENT.to_owned() } else { all.join("; ") })
     }
 }
 

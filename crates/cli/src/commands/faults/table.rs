@@ -15,7 +15,7 @@ pub const LEGEND: [&str; 6] = [
     "refused ≥: the share without an answer of all starts that have none or a dangerous one, with the checks on, the lower end of its interval: also of \
      faults that a method refuses even with its checks off. rightly: starts whose reason for no answer names the faulty part; –: no reason does.",
     "moved, current: starts with more movement or current than is said above; they may have any answer, or none.",
-    "Sizes, places and signs are drawn by each trial; the table of the file has their ranges (`magnitude`).",
+    "Sizes, places and signs are drawn by each trial; the table of the file has the keys that set them (`settings`).",
 ];
 
 /// Returns the table with a line for each row.
@@ -52,7 +52,7 @@ pub fn of(rows: &[Row]) -> Table {
         effect("current", |of| of.overcurrent),
         (Column::number("worst").unit("°").rank(3))
             .of(move |row: &Row| number(row.counts.worst.map(|worst| worst.error_deg))),
-        Column::word("detected by").rank(1).of(Row::reason),
+        Column::word("detected by").rank(1).of(|row: &Row| row.reason().unwrap_or_default()),
     ];
     Table::of(rows, |_| Tone::Neutral, columns)
 }

@@ -5,7 +5,7 @@ use standstill_quantity::{count, short};
 use standstill_report::page::Tone;
 
 use super::rates::Rates;
-use super::row::{Row, percent};
+use super::row::{LATENT, Row, percent};
 use crate::summary::FAILING;
 
 /// The question that the rows of the table answer.
@@ -24,9 +24,9 @@ pub struct Subject<'a> {
 /// Largest share of dangerous answers of a fault for which the headline is still good.
 const MOST: f64 = 1e-3;
 
-/// Returns the rows that have a fault.
+/// Returns the rows that have a fault which reaches the method.
 fn faults(rows: &[Row]) -> Vec<&Row> {
-    rows.iter().filter(|row| !row.entry.modes.is_empty()).collect()
+    rows.iter().filter(|row| !row.entry.modes.is_empty() && !row.is_unread()).collect()
 }
 
 fn rows_of(count: usize) -> String {
@@ -51,6 +51,12 @@ pub fn headline(rows: &[Row]) -> (Tone, String) {
         return (Tone::Bad, text.to_owned());
     }
     let faults = faults(rows);
+    if faults.is_empty() {
+        return (
+            Tone::Warning,
+            "Nothing to be said of faults, for none reaches a method that reads no current".to_owned(),
+        );
+    }
     let open: Vec<&&Row> = faults.iter().filter(|row| row.counts.undetected_bound() > MOST).collect();
     let of = rows_of(faults.len());
     if open.is_empty() {
@@ -110,7 +116,11 @@ pub fn details(of: &Subject<'_>, rows: &[Row]) -> Vec<String> {
     }));
     details.extend(rows.iter().filter(|row| is_mute(row)).map(|row| {
         let share = percent(row.counts.detected(), row.counts.trials);
-        format!("without a fault {share} % of the starts of {} have no answer: {}", row.method, row.reason())
+        format!(
+            "without a fault {share} % of the starts of {} have no answer: {}",
+            row.method,
+            row.reason().unwrap_or_default()
+        )
     }));
     details.push(format!(
         "moved: by more than {}°; current: more than {} A, the rated one, or the drive's trip",
@@ -121,6 +131,10 @@ pub fn details(of: &Subject<'_>, rows: &[Row]) -> Vec<String> {
         let from = if row.in_sectors { "beyond the sector" } else { "off" };
         format!("the worst start: {} with {}, {:.1}° {from}", row.method, row.fault(), worst.error_deg)
     }));
+    details.extend(list(rows, "without an effect in these starts", |row| {
+        row.effect().as_deref() == Some(LATENT)
+    }));
+    details.extend(list(rows, "not read, as the method reads no current", Row::is_unread));
     details.extend(rows.iter().filter(|row| row.counts.errors > 0).map(|row| {
         format!(
             "{} with {}: {} of {} starts could not be simulated to their end; right, wrong pole, beyond and detected leave them out",
@@ -131,6 +145,19 @@ pub fn details(of: &Subject<'_>, rows: &[Row]) -> Vec<String> {
         )
     }));
     details
+}
+
+/// Returns for each method, in their order, a line that lists the faults of the rows that `is` holds for.
+fn list(rows: &[Row], what: &str, is: impl Fn(&Row) -> bool) -> Vec<String> {
+    let listed = rows.iter().filter(|row| is(row)).map(|row| (row.method.as_str(), row.fault()));
+    let mut lines: Vec<(&str, Vec<String>)> = Vec::new();
+    for (method, fault) in listed {
+        match lines.last_mut() {
+            Some((of, faults)) if *of == method => faults.push(fault),
+            _ => lines.push((method, vec![fault])),
+        }
+    }
+    lines.into_iter().map(|(method, faults)| format!("{method}, {what}: {}", faults.join("; "))).collect()
 }
 
 /// Returns the sentence on wrong poles. None for a motor without magnetic poles, and if no start names a pole.
