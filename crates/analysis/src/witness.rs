@@ -133,6 +133,8 @@ fn motor(name: &str) -> Result<Motor, WitnessError> {
 
 #[cfg(test)]
 mod tests {
+    use standstill_inverter::OpenLeg;
+
     use super::*;
 
     #[test]
@@ -157,6 +159,16 @@ mod tests {
                 assert!(!Witness { figure, ..witness.clone() }.holds(), "{}", witness.claim);
             }
         }
+    }
+
+    /// The diode of the third leg conducts while the lower switches short the line: an open leg carries nothing there.
+    #[test]
+    fn cross_currents_of_ngspice_need_the_diode_of_the_third_leg() {
+        let holds = |open_leg| -> Vec<bool> {
+            forms::ngspice(open_leg).expect("runs").iter().map(Witness::holds).collect()
+        };
+        assert_eq!(holds(OpenLeg::Diodes), [true; 4]);
+        assert_eq!(holds(OpenLeg::Open), [true, true, true, false]);
     }
 
     #[test]

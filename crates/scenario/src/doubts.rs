@@ -1,7 +1,7 @@
 //! Doubts: warnings of values that can be simulated but are probably mistakes. These are numbers that no motor has,
 //! values that are a large share of their reference (such as the rated current), and keys that contradict one another.
 
-use standstill_detect::{Method, Signature};
+use standstill_detect::{Check, Checks, Method, Signature, Value, keys as of_methods};
 use standstill_plant::Motor;
 use standstill_quantity::listed;
 use standstill_sim::{Arrangement, RotorState};
@@ -110,6 +110,7 @@ pub fn of(scenario: &Scenario<Method<f64>>) -> Vec<String> {
     }
     said.extend(wrong_signature(scenario));
     said.extend(short_pause(scenario));
+    said.extend(unnoticed_turning(scenario));
     said.extend(short_settling(scenario));
     said
 }
@@ -146,6 +147,20 @@ pub fn standing(scenario: &Scenario<Method<f64>>) -> Option<String> {
     let stands = scenario.start_speed == 0.0 && scenario.acceleration == 0.0;
     (scenario.rotor == RotorState::Driven && stands).then(|| {
         "the rotor is driven at 0 rpm, so it stands: give its motion, such as `-s rotor.speed=\"100 rpm\"`".to_owned()
+    })
+}
+
+/// Returns a warning if the rotor turns, and the method has a check that would notice it, which is off.
+fn unnoticed_turning(scenario: &Scenario<Method<f64>>) -> Option<String> {
+    let turns = scenario.start_speed != 0.0 || scenario.acceleration != 0.0;
+    let Some(Value::Checks(on)) = scenario.detector.get(&of_methods::CHECKS) else { return None };
+    (turns && !on.has(Check::Turning)).then(|| {
+        let all: Checks = on.with(Check::Turning);
+        let list = all.iter().map(|check| format!("\"{}\"", check.name())).collect::<Vec<_>>().join(", ");
+        let set = if on == Checks::NONE { "true".to_owned() } else { format!("[{list}]") };
+        format!(
+            "the rotor turns, and the method does not look whether it does, so that answers may be off by any angle: `-s 'detector.checks={set}'`"
+        )
     })
 }
 
@@ -263,6 +278,30 @@ mod tests {
             assert_eq!(of(&format!("state = \"driven\"\n{moves}")), None);
         }
         assert_eq!(of("state = \"free\""), None);
+    }
+
+    #[test]
+    fn law_a_rotor_that_turns_is_doubtful_where_no_check_would_notice_it() {
+        let of = |method: &str, rotor: &str, checks: &str| {
+            doubts(&format!("[rotor]\n{rotor}\n[detector]\nmethod = \"{method}\"\n{checks}\n"))
+        };
+        let [driven, free] =
+            ["driven", "free"].map(|state| format!("state = \"{state}\"\nspeed = \"10 rpm\""));
+        for method in ["hfi-rotating", "hfi-pulsating", "subdivision", "line-inductance", "six-pulse"] {
+            for rotor in [&driven, &free] {
+                let said = of(method, rotor, if method == "six-pulse" { "checks = false" } else { "" });
+                assert!(said.len() == 1 && said[0].starts_with("the rotor turns"), "{method}: {said:?}");
+                // The value that it names is one that the method has, and is enough.
+                let (_, value) = said[0].split_once("detector.checks=").expect("a key");
+                let (value, _) = value.split_once('\'').expect("its end");
+                assert_eq!(of(method, rotor, &format!("checks = {value}")), [""; 0], "{value}");
+            }
+            assert_eq!(of(method, "state = \"free\"", ""), [""; 0]);
+        }
+        for method in ["bipolar", "maximum-likelihood", "dc-alignment"] {
+            assert_eq!(of(method, &driven, ""), [""; 0], "{method}");
+        }
+        assert_eq!(of("bipolar", &driven, "checks = [\"link\"]").len(), 1);
     }
 
     #[test]

@@ -243,7 +243,8 @@ impl Requirements {
                 "a limit of `|e|`, or a method that names sectors",
             ),
             (
-                LimitedMeasure::Rms(_) | LimitedMeasure::Share { bad: Bad::Angle(_) | Bad::Axis(_), .. },
+                LimitedMeasure::Rms(_)
+                | LimitedMeasure::Share { bad: Bad::Angle(_) | Bad::Axis(_) | Bad::AxisAtInstant(_), .. },
                 Some(half),
             ) => refuse(
                 format!(

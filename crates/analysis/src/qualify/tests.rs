@@ -104,6 +104,7 @@ fn law_nothing_is_passed_by_failing_to_answer() {
         "P(moved > 360000 deg) <= 20 %",
         "rms <= 40 deg",
         "p50 <= 30 deg",
+        "p50_at_instant <= 30 deg",
         "moved <= 3600 deg",
         "P(|e| > 90 deg) <= 40 %",
         "P(failed) <= 40 %",

@@ -2,7 +2,7 @@
 //! circuit.
 
 use standstill_interface::{Abc, Command, Leg, Nanos, Phase, Sampling, Stage};
-use standstill_inverter::{Bridge, Conduction, DcLink, GateTiming, Inverter, OpenLeg};
+use standstill_inverter::{Bridge, Conduction, DcLink, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_numeric::{cos, exp, exp_m1, ln, sin};
 use standstill_plant::{Core, EddyBranch, Linear, MagneticCircuit, Motor, Winding};
 use standstill_sim::{Case, ComparatorSettings, Event, SensorSettings, Sensors, TerminalSensor, Tolerance};
@@ -187,8 +187,53 @@ pub fn dead_time() -> Result<Witness, WitnessError> {
     Ok(Witness::closed("current of a pulse that the dead time shortens", [known, here], 1e-9 * known, "A"))
 }
 
+/// Peaks in A of three line pulses of 80 µs from a to b that ngspice computed, each followed by 2320 µs in which the lower switches short
+/// the line.
+const NGSPICE_PEAKS: [f64; 3] = [1.336_48, 2.488_85, 3.484_52];
+
+/// Current in A that ngspice found in the diode of the third leg 7.185 ms after the begin (`tests/cross/ngspice/slow_ab_043_ideal.csv`).
+const NGSPICE_IDLE_LEG: f64 = 0.075_509;
+
+/// Drop in V of the diodes of ngspice's netlist, which are nearly ideal.
+const JUNCTION: f64 = 2.1e-3;
+
+/// Checks currents in A of three line pulses, with low-side freewheel between them, against ngspice's ([`NGSPICE_PEAKS`]). Switches and
+/// diodes have 10 mΩ and the drop of the netlist's diodes. `open_leg` is the behaviour of the third leg.
+///
+/// # Errors
+/// A run could not continue.
+pub(super) fn ngspice(open_leg: OpenLeg) -> Result<Vec<Witness>, WitnessError> {
+    let motor = line_motor()?;
+    let mut inverter = inverter(open_leg);
+    inverter.bridge.devices = Devices {
+        switch_drop: JUNCTION,
+        switch_resistance: 10e-3,
+        diode_drop: JUNCTION,
+        diode_resistance: 10e-3,
+        ..Devices::default()
+    };
+    let end = Nanos::from_micros(80);
+    let freewheel = Stage::freewheel(Phase::A, Phase::B, Nanos::from_micros(2320));
+    let twice = Sampling { first: end, interval: Nanos::from_micros(2305), count: 2 };
+    let pulse = Command::sequence(Stage::line(Phase::A, Phase::B, end), freewheel, twice);
+    let case = Case { start_angle: ANGLE_DEG.to_radians(), ..Case::new(&motor, inverter) };
+    let read = replay(&case, &[pulse; 3])?.value;
+    let at = |sample: usize, phase: usize| read.get(sample).map_or(f64::NAN, |of| of[phase]);
+    let witness =
+        |claim: String, figures, tolerance| Witness::number(claim, "ngspice, kept", figures, tolerance, "A");
+    let mut found: Vec<Witness> = (NGSPICE_PEAKS.into_iter().enumerate())
+        .map(|(k, known)| {
+            let claim = format!("current of line pulse {} of three with freewheel between them", k + 1);
+            witness(claim, [known, at(2 * k, 0)], 5e-4 * known)
+        })
+        .collect();
+    let claim = "current of the third leg's diode in the last of these freewheels".to_owned();
+    found.push(witness(claim, [NGSPICE_IDLE_LEG, at(5, 2)], 1e-4 * NGSPICE_PEAKS[2]));
+    Ok(found)
+}
+
 pub(super) fn all() -> Result<Vec<Witness>, WitnessError> {
-    Ok(vec![
+    let mut found = vec![
         line_pulse(OpenLeg::Open)?,
         line_pulse(OpenLeg::Diodes)?,
         gates_off()?,
@@ -196,5 +241,7 @@ pub(super) fn all() -> Result<Vec<Witness>, WitnessError> {
         eddy_step()?,
         threshold()?,
         open_terminal()?,
-    ])
+    ];
+    found.extend(ngspice(OpenLeg::Diodes)?);
+    Ok(found)
 }

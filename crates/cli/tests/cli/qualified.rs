@@ -201,6 +201,16 @@ fn regress_odds_that_decide_nothing_name_their_next_effort() {
     let (next, command) = (of["next"].as_str().expect("text"), of["next_command"].as_str().expect("text"));
     assert!(next.contains("with more effort (odds = \"normal\" in r.toml judges by them)"), "{next}");
     assert_eq!(command, "standstill odds s.toml --event 'peak_current > 5.15 A' --effort normal");
+    // The annex has the conditions in which the event happens: at some angles, and with draws away from their mean.
+    let triggers = found["annex"]["triggering_conditions"].as_array().expect("a list");
+    assert!(!triggers.is_empty());
+    let page = fs::read_to_string(path.join("q/qualify.html")).expect("a page");
+    for trigger in triggers {
+        assert_eq!(trigger["event"], "peak_current > 5.15 A");
+        let [angles, draws] = ["angles", "draws"].map(|part| trigger[part].as_str().expect("text"));
+        assert!(angles.contains("° to ") && page.contains(angles), "{angles}");
+        assert!(draws.contains(" σ") && page.contains(draws), "{draws}");
+    }
 }
 
 /// Noise of 60 mA fails by more than 10 mA, whichever is named first; of one requirement alone no command repeats what was just run.

@@ -35,6 +35,23 @@ fn law_a_limit_of_the_angle_never_passes_where_answers_are_sectors() {
     assert!(off(Bad::Angle(5.0)) >= off(Bad::Axis(5.0)));
 }
 
+/// At 5 rpm a rotor with four pole pairs turns by 0.12° in each millisecond, so that the angle of a start of 5 ms is half a degree old at
+/// its end, and right at its instant. An angle without an instant is none of that instant.
+#[test]
+fn law_a_rotor_that_turns_is_judged_at_the_instant_that_the_detector_states() {
+    let turning = "rotor = { state = \"driven\", speed = \"5 rpm\" }\ndetector.method = \"bipolar\"\n";
+    let list = ["p95 <= 0.4 deg", "p95_at_instant <= 0.4 deg"].map(|limit| requirement(limit, limit, ""));
+    let mut found = made(turning, &format!("odds = \"off\"\ntrials = 1000\n{}", list.concat()));
+    assert_eq!(judged(&mut found, &never()), [Verdict::Failed, Verdict::Passed]);
+    let (plan, _) = scenario(turning);
+    let mut record = plan.scenario(0).expect("a scenario").trial(0).expect("a start");
+    let [end, instant] = [record.axis_error_deg(), record.axis_error_at_instant_deg()].map(Option::unwrap);
+    let bad = Bad::AxisAtInstant(0.5 * (end.abs() + instant.abs()));
+    assert!(end.abs() > instant.abs() && !bad.happened(&record, 1.0), "{end} {instant}");
+    record.run.instant_angle = None;
+    assert!(bad.happened(&record, 1.0) && Bad::AxisAtInstant(89.0).happened(&record, 1.0));
+}
+
 #[test]
 fn law_plain_trials_of_odds_that_reach_nothing_are_counted_with_the_others() {
     let list = format!("odds = \"off\"\ntrials = 64\n{}", requirement("A", "P(wrong_pole) <= 1e-3", ""));

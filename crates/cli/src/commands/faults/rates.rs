@@ -106,7 +106,5 @@ impl Weighted {
 
 /// Formats a sum of rates in three significant digits: rates are seldom known better.
 fn rounded(rate: f64) -> String {
-    let digits = standstill_quantity::magnitude(rate).unwrap_or(0);
-    let unit = 10.0_f64.powi(digits - 2);
-    standstill_quantity::short((rate / unit).round() * unit)
+    standstill_quantity::short(format!("{rate:.2e}").parse().unwrap_or(rate))
 }

@@ -1,8 +1,10 @@
 //! Faults and the methods that they reach.
 
+use std::collections::HashMap;
 use std::fs;
 
 use standstill_detect::{Check, MethodName};
+use standstill_scenario::FaultMode;
 
 use super::{answer, folder, number, row, said};
 
@@ -33,6 +35,57 @@ fn law_faults_of_current_sensors_do_not_reach_a_method_that_reads_no_current() {
     // With currents a dead sensor counts.
     let text = said(&[&["faults", "s.toml", "--method", "bipolar", "--out", "i"], &modes[..]].concat(), path);
     assert!(text.contains("Of 2 faults none") && !text.contains("not read"), "{text}");
+}
+
+/// The kept counts have each mode with both methods on each motor; no pole is wrong but where standstill cannot tell; and the numbers of
+/// docs/faults.md are theirs.
+#[test]
+fn golden_the_page_says_what_the_kept_counts_say() {
+    let page = include_str!("../../../../../docs/faults.md");
+    let files = [
+        include_str!("../../../../../docs/notes/faults-paper-5k5.csv"),
+        include_str!("../../../../../docs/notes/faults-light-vehicle.csv"),
+        include_str!("../../../../../docs/notes/faults-cross-saturation.csv"),
+    ];
+    let unknowable = ["terminals-swapped", "terminals-turned", "sheet-signature"];
+    let (mut before, mut right, mut later) = (0, 0, 0);
+    for file in files {
+        let mut reader = csv::Reader::from_reader(file.as_bytes());
+        let rows: Vec<HashMap<String, String>> =
+            reader.deserialize().collect::<Result<_, _>>().expect("a table");
+        for method in ["bipolar", "maximum-likelihood"] {
+            let of = |mode: &str, begins: &str| {
+                let is = |row: &&HashMap<String, String>| {
+                    row["method"] == method && row["failure_mode"] == mode && row["begins"] == begins
+                };
+                rows.iter().find(is).unwrap_or_else(|| panic!("{method}: {mode}, {begins}"))
+            };
+            for mode in FaultMode::ALL {
+                assert_eq!(of(mode.name(), "before")["trials"], "3000");
+                if mode.may_begin() {
+                    of(mode.name(), "during");
+                }
+            }
+            for whole in ["as it is", "as it is with more parts"] {
+                assert_eq!(of(whole, "")["right"], "3000", "{method}: {whole}");
+            }
+        }
+        for row in rows.iter().filter(|row| !row["begins"].is_empty()) {
+            let is_right = row["wrong_pole"] == "0";
+            assert!(is_right || unknowable.contains(&row["failure_mode"].as_str()), "{row:?}");
+            assert_eq!(row["errors"], "0", "{row:?}");
+            let is_before = row["begins"] == "before";
+            before += usize::from(is_before);
+            right += usize::from(is_before && is_right);
+            later += usize::from(!is_before);
+        }
+    }
+    assert!(
+        page.contains(&format!(
+            "Of {before} rows with a fault before the detection {right} have no wrong pole"
+        ))
+    );
+    assert!(page.contains(&format!("{later} rows")), "{later}");
 }
 
 /// The table of docs/faults.md names with each check the methods that have it.
