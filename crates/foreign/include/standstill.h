@@ -177,7 +177,7 @@ typedef struct sts_result {
     float pole_evidence;   /* for the north pole at `angle`, in standard deviations; negative: for the other end */
     float pole_needed;     /* what the detector asks for before it names a pole, 0 or more; goes with pole_evidence */
     uint32_t reason;       /* of STS_AXIS and STS_FAILED: given to reason() */
-    float age;             /* s from the instant for which the angle holds to the end of the last command, 0 or more; only if `size` has it */
+    float age;             /* s from the instant for which the angle holds to the end of the last command, from 0 to the detection's duration; only if `size` has it */
 } sts_result;
 
 typedef struct sts_detector {

@@ -333,6 +333,9 @@ impl Foreign {
         if let Some(age) = age.filter(|age| !(0.0..f64::INFINITY).contains(age)) {
             return Err(broken(&format!("age is {age} s, not 0 or more")));
         }
+        if let Some(age) = age.filter(|age| !self.guard.has_lasted(*age)) {
+            return Err(broken(&format!("age is {age} s, longer than the detection")));
+        }
         let findings = Findings {
             angle_deviation: deviation,
             age,

@@ -99,6 +99,12 @@ impl Guard {
         self.elapsed = self.elapsed + tripped.map_or(longest, |tripped| tripped.min(longest));
     }
 
+    /// Returns whether the commands so far have lasted for this time in s. Rounding to single precision, or of captured times to ticks,
+    /// does not count.
+    pub fn has_lasted(&self, seconds: f64) -> bool {
+        seconds <= self.elapsed.seconds() * (1.0 + 1e-6) + self.tick * self.commands as f64
+    }
+
     /// Admits a further command. `by_a_timer`: the detector does not choose the command's duration. The first stage of
     /// a command with a threshold is counted after it has ended.
     ///
@@ -134,6 +140,18 @@ mod tests {
                 passed.is_err()
             })
             .unwrap_or(300_000)
+    }
+
+    #[test]
+    fn law_a_detection_has_lasted_as_long_as_its_commands() {
+        let mut guard = Guard::new(0.0);
+        assert!(guard.has_lasted(0.0) && !guard.has_lasted(1e-9));
+        for _ in 0..3 {
+            guard
+                .pass(&Command::hold(Stage::off(Nanos::from_micros(100)), Sampling::NONE), false)
+                .expect("passes");
+        }
+        assert!(guard.has_lasted(f64::from(300e-6_f32)) && !guard.has_lasted(300.1e-6));
     }
 
     #[test]

@@ -315,8 +315,8 @@ pub struct RunOf<E> {
     /// Electrical angle of the rotor in rad at the end: the right answer of the detector.
     pub end_angle: f64,
     /// Electrical angle of the rotor in rad at the instant for which the found angle holds: the end of the run less the age in the findings.
-    /// Its error is less than what the rotor's acceleration changes within a command. None if no angle was found, or if the detector does
-    /// not state its age.
+    /// Its error is less than what the rotor's acceleration changes within a command. None if no angle was found, if the detector does
+    /// not state its age, or if it states one that is longer than the run: nothing was measured before.
     pub instant_angle: Option<f64>,
     /// Whether the rotor has a magnet, and with it a north pole to be found.
     pub has_pole: bool,
@@ -352,8 +352,11 @@ impl Finished {
             Ended::Outcome(Outcome::Found { findings, .. } | Outcome::Axis { findings, .. }) => findings.age,
             _ => None,
         };
+        // An age in single precision may be rounded upwards.
+        let longest = duration.seconds() * (1.0 + 1e-6);
+        let age = age.map(Real::to_double).filter(|age| (0.0..=longest).contains(age));
         let instant_angle = age.map(|age| {
-            let turned = self.past.turned(duration.seconds() - age.to_double());
+            let turned = self.past.turned(duration.seconds() - age);
             turned.map_or(end_angle, |turned| start_angle + turned)
         });
         Run {

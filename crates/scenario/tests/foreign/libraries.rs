@@ -116,6 +116,7 @@ fn law_what_the_header_does_not_allow_is_a_failed_record_with_its_reason() {
         ("evidence-nan", "pole_evidence is NaN"),
         ("deviation", "angle_deviation is -1, not 0 or more"),
         ("age-negative", "age is -1 s, not 0 or more"),
+        ("age-long", "age is 2 s, longer than the detection"),
         ("beyond-result", "it wrote beyond its sts_result"),
         ("before-result", "it wrote beyond its sts_result"),
         ("beyond-legs", "it wrote beyond its sts_legs"),

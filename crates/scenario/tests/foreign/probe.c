@@ -141,6 +141,10 @@ static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs,
         result->age = 0.0f;
         return STS_FOUND;
     }
+    if (is("age-long")) {
+        result->age = 2.0f;
+        return STS_FOUND;
+    }
     if (is("age-negative")) {
         result->age = -1.0f;
         return STS_FOUND;

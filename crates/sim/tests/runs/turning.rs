@@ -204,8 +204,8 @@ fn analytic_a_run_has_the_angle_at_the_instant_that_is_stated() {
         })
         .collect();
     let end = 3e-3_f64;
-    for age in [0.0, 0.4e-3, 1.3e-3, 2.95e-3, 5e-3] {
-        let at = (end - age).max(0.0);
+    for age in [0.0, 0.4e-3, 1.3e-3, 2.95e-3, 3e-3] {
+        let at = end - age;
         let told = |rotor, speed: f64, acceleration: f64| {
             let case = Case { acceleration, ..case(&motor, rotor, speed) };
             let mut trace = Trace::new(1e-6);
@@ -221,5 +221,11 @@ fn analytic_a_run_has_the_angle_at_the_instant_that_is_stated() {
         assert!((angle - shown).abs() < 0.02 * run.moved, "{age}: {angle}, not {shown} of {}", run.moved);
         let (angle, _, run) = told(RotorState::Locked, 0.0, 0.0);
         assert_eq!(angle, run.end_angle);
+    }
+    // Before the run, and after its end, there was nothing that a detector could have measured.
+    for age in [3.001e-3, 1.0, f64::INFINITY, f64::NAN, -1e-9] {
+        let mut aged = Aged(Script::new(&commands), age);
+        let run = run(&case(&motor, RotorState::Driven, 40.0), &mut aged, false, &mut NoProbe);
+        assert_eq!(run.instant_angle, None, "{age}");
     }
 }
