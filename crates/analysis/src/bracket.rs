@@ -114,7 +114,8 @@ pub struct Search {
     pub points: usize,
     /// Number of trials at each value of the scan. Values near an edge get more trials later.
     pub trials: u64,
-    /// Largest number of trials at one value.
+    /// Largest number of trials at one value. If a forecast says that these do not make an edge's interval narrow, trials are added only
+    /// up to four times this number at all values together.
     pub most: u64,
     /// Least number of trials with which the limits can be shown to hold surely.
     pub sure_from: u64,
@@ -176,6 +177,10 @@ struct Looks<'a, 'b, E> {
     /// The looks at each value, by the value's bits: position in the range, number of trials requested, and result. An invalid
     /// value has no result.
     known: BTreeMap<u64, (f64, u64, Option<Look>)>,
+    /// Number of calls of `judge`.
+    judged: u64,
+    /// Number of trials at all values together.
+    trials: u64,
 }
 
 impl<E> Looks<'_, '_, E> {
@@ -188,6 +193,11 @@ impl<E> Looks<'_, '_, E> {
         });
         if !known {
             let look = (self.judge)(value, trials)?;
+            // Trials of an earlier look are a part of those of a later one.
+            let of = |look: Option<&Look>| look.map_or(0, |look| look.trials);
+            let before = self.known.get(&value.to_bits()).and_then(|(.., look)| look.as_ref());
+            self.trials += of(look.as_ref()).saturating_sub(of(before));
+            self.judged += 1;
             self.known.insert(value.to_bits(), (place, trials, look));
         }
         Ok(self.known.get(&value.to_bits()).and_then(|(.., look)| look.as_ref()))
@@ -234,7 +244,7 @@ impl Search {
     /// # Errors
     /// Errors of `judge`.
     pub fn find<E>(&self, judge: Judge<'_, E>) -> Result<Found, E> {
-        let mut looks = Looks { search: self, judge, known: BTreeMap::new() };
+        let mut looks = Looks { search: self, judge, known: BTreeMap::new(), judged: 0, trials: 0 };
         let mut scan: Vec<(f64, bool)> = Vec::new();
         for place in self.places() {
             // Invalid values are left out of the scan.

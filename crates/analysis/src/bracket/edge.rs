@@ -2,6 +2,13 @@
 
 use super::{Look, Looks, Search, Side, View};
 
+/// Largest number of trials at all values together, as a multiple of the largest number at one value, while a forecast says that the latter
+/// would not make the interval narrow. On a plateau no number does, and each attempt judges some ten values.
+const IN_VAIN: u64 = 4;
+
+/// Least number of values of the next attempt for which trials must be left: one attempt can find all its values known already.
+const LEAST_VALUES: u64 = 8;
+
 /// An edge of a stretch of values. The limits hold inside the stretch, but not beyond the edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
@@ -67,12 +74,15 @@ impl Search {
     ) -> Result<Option<Edge>, E> {
         let mut trials = self.trials;
         loop {
+            let before = looks.judged;
             let middle = self.turn(looks, places, end, trials, View::Likely)?;
             let (Some(last), Some(beyond)) = (middle.last, middle.next) else { return Ok(None) };
             let value = self.at(last);
             let foreseen = self.needed(looks, value, side, trials);
-            if trials < self.most && foreseen.is_some_and(|needed| needed > 2 * trials) {
-                trials = self.more(trials, foreseen);
+            if foreseen.is_some_and(|needed| needed > 2 * trials)
+                && let Some(next) = self.more(looks, trials, foreseen, looks.judged - before)
+            {
+                trials = next;
                 continue;
             }
             let inner = if self.may_be_sure(looks, &places[..end], trials)? {
@@ -96,20 +106,39 @@ impl Search {
                 _ => false,
             };
             let needed = if narrow { None } else { self.needed(looks, value, side, trials) };
-            if narrow || trials >= self.most {
+            let next = if narrow { None } else { self.more(looks, trials, needed, looks.judged - before) };
+            let Some(next) = next else {
                 let bound = Bound::of(looks.at(beyond, trials)?);
                 return Ok(Some(Edge { side, value, interval, narrow, trials, needed, bound }));
-            }
-            trials = self.more(trials, needed);
+            };
+            trials = next;
         }
     }
 
-    /// Returns the number of trials of the next attempt. `needed` is a forecast of the number of trials that suffices.
-    fn more(&self, trials: u64, needed: Option<u64>) -> u64 {
+    /// Returns the number of trials of the next attempt, after an attempt that judged this number of values. `needed` is a forecast of the
+    /// number of trials that suffices. None if the edge stays as it is: each value has as many trials as it may have, or the forecast says
+    /// that these would not suffice and all values together have had their share.
+    fn more<E>(
+        &self,
+        looks: &Looks<'_, '_, E>,
+        trials: u64,
+        needed: Option<u64>,
+        values: u64,
+    ) -> Option<u64> {
+        if trials >= self.most {
+            return None;
+        }
         // A forecast from few trials is a guess, so the next number is limited to sixty times the present one.
         let most = trials.saturating_mul(60);
         let next = needed.map_or(trials * 4, |needed| needed + needed / 10).clamp(2 * trials, most);
-        next.max(self.sure_from.saturating_mul(2).min(most)).min(self.most)
+        let next = next.max(self.sure_from.saturating_mul(2).min(most)).min(self.most);
+        let suffices = needed.is_some_and(|needed| needed <= self.most);
+        if suffices || trials < self.sure_from {
+            return Some(next);
+        }
+        let left = self.most.saturating_mul(IN_VAIN).saturating_sub(looks.trials);
+        let next = next.min(left / values.max(LEAST_VALUES));
+        (next >= 2 * trials).then_some(next)
     }
 
     /// Returns true if this number of trials shows that the limits surely hold at the most favourable of these positions.

@@ -201,3 +201,21 @@ fn law_a_look_is_no_longer_than_it_must_be_and_no_value_is_looked_at_twice() {
     // Far from the edges the trials of the scan suffice.
     assert!(asked.iter().all(|(value, trials)| *trials == 1000 || (1.0..9.0).contains(value)), "{asked:?}");
 }
+
+#[test]
+fn law_trials_that_a_forecast_calls_vain_are_bounded() {
+    // Beyond 3 the measure stays so close to its limit that no number of trials tells: 3/√n is 0.003 with the most.
+    let plateau = |value: f64| vec![if value > 3.0 { 1.0001 } else { 0.1 }];
+    let (found, asked) = judged_by(&SEARCH, plateau);
+    let edge = edge(found);
+    assert!(!edge.narrow && edge.interval[1].is_none(), "{edge:?}");
+    assert!(edge.needed.is_none_or(|needed| needed > SEARCH.most), "{edge:?}");
+    let mut of_values = BTreeMap::new();
+    asked.iter().for_each(|(value, trials)| drop(of_values.insert(value.to_bits(), *trials)));
+    let all: u64 = of_values.values().sum();
+    // An attempt may take more values than the one before, so the bound holds within a half.
+    assert!(all < 6 * SEARCH.most, "{all} trials at {} values", of_values.len());
+    // Where the most suffice, they are taken as before.
+    let (found, asked) = judged_by(&SEARCH, |value| vec![(value / 3.0).powf(0.15)]);
+    assert!(self::edge(found).narrow && asked.iter().any(|(_, trials)| *trials > SEARCH.most / 2));
+}

@@ -156,7 +156,7 @@ fn regress_edges_that_more_trials_exchange_are_not_those_of_a_stretch() {
             ..look(&[share], trials)
         }
     };
-    let search = Search { most: 100_000, ..SEARCH };
+    let search = Search { most: 300_000, ..SEARCH };
     let Ok(found) = search.find(&mut |value, trials| Ok::<_, Infallible>(Some(judge(value, trials))));
     let found = stretch(found);
     let [low, high] = &found.edges[..] else { panic!("{found:?}") };
