@@ -59,6 +59,16 @@ impl One {
         }
     }
 
+    /// Returns the time derivative of the current in A/s with these potentials in V at the winding's terminals. `axes` contains the
+    /// magnetic axes of the legs' phases in the run's plane.
+    pub(super) fn rise(&self, axes: &[Plane; 3], potential: [f64; 3]) -> Plane {
+        let mut voltage = self.pull - self.current.through(self.resistance);
+        for (axis, potential) in axes.iter().zip(potential) {
+            voltage = voltage + *axis * (potential * (2.0 / 3.0));
+        }
+        voltage.through(self.inverse_inductance) + self.drift
+    }
+
     /// Returns the machine's electrical state at its terminals, from which the bridge finds the conducting devices.
     /// `current` contains the currents of the legs in A.
     pub fn port(&self, current: [f64; 3]) -> Port {
@@ -129,7 +139,8 @@ impl<'a> Control<'a> {
             return Ok(());
         }
         if bank.machine.legs.elastance.is_some() {
-            return self.settle_terminals(bank, 0.0);
+            let terminals = self.terminals(bank, 0.0);
+            return self.settle_terminals(bank, 0.0, &terminals);
         }
         let mut port = self.port(bank, &bank.here);
         if !port.current.iter().all(|current| current.is_finite()) {
@@ -172,14 +183,22 @@ impl<'a> Control<'a> {
             Guard::Stop | Guard::Motion => self.change_motion(bank, guard == Guard::Stop),
             Guard::Blocked => {}
             Guard::Leg(leg) => {
-                let shortest = self.shortest(bank);
-                if !self.is_at_end(bank, leg, shortest) {
-                    // The end was located on the cubic of a longer step; the current has not yet reached it.
-                    return Ok(());
+                // Where it is not at its end, the end was located on the cubic of a longer step; the current has not yet reached it.
+                if bank.machine.legs.elastance.is_some() {
+                    let shortest = self.shortest(bank);
+                    let terminals = self.terminals(bank, shortest);
+                    let is_at_end = self.is_at_end(bank, leg, &terminals[leg]);
+                    return if is_at_end {
+                        self.settle_terminals(bank, shortest, &terminals)
+                    } else {
+                        Ok(())
+                    };
                 }
                 let legs = &bank.machine.legs;
-                if legs.elastance.is_some() {
-                    return self.settle_terminals(bank, shortest);
+                let outflow = legs.direction(self.lane, leg) * self.currents(bank)[leg];
+                let is_at_end = outflow <= bank.bounds.ended.get(self.lane);
+                if !is_at_end {
+                    return Ok(());
                 }
                 let ends: [bool; 3] =
                     std::array::from_fn(|k| k == leg || legs.direction(self.lane, k) == 0.0);

@@ -4,8 +4,8 @@
 use standstill_inverter::Modes;
 use standstill_numeric::{Symmetric, Wide};
 
-use super::conduction::One;
 use super::run::Control;
+use super::terminals::{Slopes, Terminal};
 use crate::effect::terminals::floating::{LAGGED, SEEN};
 use crate::lanes::bank::Bank;
 use crate::physics::gates::NEVER;
@@ -35,33 +35,19 @@ impl<'a> Control<'a> {
         bank.machine.legs.axes.each_ref().map(|axis| axis.get(self.lane))
     }
 
-    /// Returns the time derivative of the current in A/s with these potentials in V at the winding's terminals.
-    pub(super) fn rise<V: Wide>(&self, bank: &Bank<'a, V>, potential: [f64; 3]) -> Plane {
-        let one = One::of(bank, &bank.here, self.lane);
-        let mut voltage = one.pull - one.current.through(one.resistance);
-        for (axis, potential) in self.axes(bank).iter().zip(potential) {
-            voltage = voltage + *axis * (potential * (2.0 / 3.0));
-        }
-        voltage.through(one.inverse_inductance) + one.drift
-    }
-
     /// Sets the length of the next step after a change of conduction. Starts from the last step length used with the same
     /// number of floating terminals. Limits it so that cubics can locate the end of a leg's mode in an oscillation, and to
-    /// little more than the time in which a current charges a terminal to its bound. `bands` contains the bounds of the potentials in V.
-    /// `behind` contains the potentials in V at the winding, after the drops in the terminals' ringing resistances.
+    /// little more than the time in which a current charges a terminal to its bound.
     pub(super) fn expect<V: Wide>(
         &self,
         bank: &mut Bank<'a, V>,
         modes: Modes,
-        bands: &[[f64; 2]; 3],
-        behind: [f64; 3],
+        terminals: &[Terminal; 3],
+        slopes: &Slopes,
     ) {
         let lane = self.lane;
         let legs = &bank.machine.legs;
         let before: [f64; 3] = std::array::from_fn(|k| legs.direction(lane, k));
-        if (0..3).all(|k| before[k] == modes[k].direction()) {
-            return;
-        }
         // A step that charges a terminal from bound to bound has a length that does not suit later steps of an oscillation.
         if bank.schedule.expected.get(lane) == NEVER && bank.schedule.swept >> lane & 1 == 0 {
             let floated = before.iter().filter(|direction| **direction == 0.0).count();
@@ -73,13 +59,13 @@ impl<'a> Control<'a> {
         let count = floats.iter().filter(|floats| **floats).count();
         let mut next = bank.control.next_by_floating[count].get(lane);
         if count > 0 {
-            let way = Way::of(self, bank, floats, self.rise(bank, behind));
+            let way = Way::of(self, bank, floats, slopes);
             let most = if bank.machine.lags() { LAGGED } else { SEEN };
             next = next.min((most / way.square).sqrt() * NEARLY * 1e9);
             let mut first = (f64::INFINITY, 0);
             for k in (0..3).filter(|k| floats[*k]) {
                 let potential = bank.here.state.potential[k].get(lane);
-                let (time, exact) = way.carries(k, potential, bands[k]);
+                let (time, exact) = way.carries(k, potential, terminals[k].band);
                 next = next.min((time * CARRIED * 1e9).max(1.0));
                 if exact < first.0 {
                     first = (exact, k);
@@ -118,16 +104,19 @@ struct Way {
 }
 
 impl Way {
-    /// Makes the series of a run's currents at its present state. `floats` is true for each floating terminal. `rise` is the time
-    /// derivative of the current in A/s.
-    fn of<'a, V: Wide>(control: &Control<'a>, bank: &Bank<'a, V>, floats: [bool; 3], rise: Plane) -> Self {
+    /// Makes the series of a run's currents at its present state. `floats` is true for each floating terminal.
+    fn of<'a, V: Wide>(
+        control: &Control<'a>,
+        bank: &Bank<'a, V>,
+        floats: [bool; 3],
+        slopes: &Slopes,
+    ) -> Self {
         let bridge = &control.case.inverter.bridge;
-        let one = One::of(bank, &bank.here, control.lane);
-        let axes = control.axes(bank);
+        let Slopes { one, axes, rise } = slopes;
         let capacitance = bridge.terminal_capacitance;
         let each = |value: f64| floats.map(|floats| if floats { value } else { 0.0 });
-        let charging = of_legs(&axes, &each(1.0 / capacitance), Symmetric::new(0.0, 0.0, 0.0));
-        let met = of_legs(&axes, &each(bridge.terminal_resistance), one.resistance);
+        let charging = of_legs(axes, &each(1.0 / capacitance), Symmetric::new(0.0, 0.0, 0.0));
+        let met = of_legs(axes, &each(bridge.terminal_resistance), one.resistance);
         let gamma = one.inverse_inductance;
         // i″ = −Γ (K i + R i′ + γ w), w′ = −K i − γ w.
         let bend = |current: Plane, rise: Plane, leaks: Plane| {
@@ -139,7 +128,7 @@ impl Way {
             floating = floating + axes[k] * (bank.here.state.potential[k].get(control.lane) * (2.0 / 3.0));
         }
         let mut current = [one.current; TERMS];
-        current[1] = rise;
+        current[1] = *rise;
         let mut leaks = floating * leak;
         for n in 0..TERMS - 2 {
             current[n + 2] = bend(current[n], current[n + 1], leaks);
@@ -149,7 +138,7 @@ impl Way {
         for k in (0..3).filter(|k| floats[*k]) {
             square += axes[k].through(gamma).dot(axes[k]) * (2.0 / 3.0) / capacitance;
         }
-        Self { axes, current, square, capacitance, leak }
+        Self { axes: *axes, current, square, capacitance, leak }
     }
 
     /// Returns the times in s in which the current charges terminal `k` from a potential in V to a bound. The first
