@@ -80,8 +80,29 @@ pub(crate) const LIBRARY: &str =
 const KEPT: usize = 48;
 
 /// Most points of a scenario whose settings are kept: at 300 bytes a point and axis all kept ones together take 150 MB an axis, and each is
-/// planned in a second, which nobody needs to cancel.
+/// planned in a second or two, unless each point has a flux map of its own: see [`PATIENCE`].
 const MOST_POINTS: usize = 10_000;
+
+/// Longest time that the check of a setting's points may take. A page waits for it, and no request ends it.
+#[cfg(feature = "server")]
+const PATIENCE: std::time::Duration = std::time::Duration::from_secs(10);
+
+/// Makes the plan of a document. The motor is copied from the plan `known` if it is the same. Gives up after [`PATIENCE`]; in a browser,
+/// which has no clock here, never.
+fn planned(document: &Document, known: Option<&Plan>) -> Result<Plan, FileError> {
+    #[cfg(feature = "server")]
+    let begun = std::time::Instant::now();
+    Plan::watched(document.clone(), known, &mut |checked, all| {
+        #[cfg(feature = "server")]
+        if begun.elapsed() > PATIENCE {
+            let found = format!("{all} points, of which {checked} were checked in {} s", PATIENCE.as_secs());
+            let needed = "fewer points in the lab, which looks at one of them; `standstill sweep` runs all";
+            return Err(document.refuse("axes", &found, needed));
+        }
+        let _ = (checked, all);
+        Ok(())
+    })
+}
 
 /// Refuses a scenario of more than [`MOST_POINTS`] points, before they are made.
 fn few_points(document: &Document) -> Result<(), LabError> {
@@ -123,7 +144,7 @@ impl Bench {
     pub fn new(mut given: Given, folder: Option<Folder>) -> Result<Self, LabError> {
         // What the scenario itself names is read here, wherever it lies.
         few_points(&given.document)?;
-        let plan = Plan::new(given.document.clone())?;
+        let plan = planned(&given.document, None)?;
         given.document.fence(folder.as_ref().map(Folder::path))?;
         let bench = Self { given, folder, adviser: None, ready: Mutex::default(), clouds: Mutex::default() };
         let name = Setting::default().name();
@@ -242,10 +263,7 @@ impl Bench {
             });
             same.map(|(_, ready)| Arc::clone(ready))
         };
-        let plan = match like {
-            Some(like) => like.plan.changed(document.clone())?,
-            None => Plan::new(document.clone())?,
-        };
+        let plan = planned(&document, like.as_ref().map(|like| &like.plan))?;
         let ready = Arc::new(self.made(plan, document, setting.point)?);
         let mut all = lock(&self.ready);
         if all.len() >= KEPT {

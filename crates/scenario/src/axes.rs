@@ -142,7 +142,7 @@ pub struct Point {
     pub values: Vec<(String, Value)>,
 }
 
-/// Largest number of points of a design. The check of a point before the first trial takes about 40 µs. Each axis of a point occupies 300
+/// Largest number of points of a design. The check of a point before the first trial takes about 0.14 ms. Each axis of a point occupies 300
 /// bytes of memory until the last trial.
 const MOST_POINTS: usize = 1_000_000;
 

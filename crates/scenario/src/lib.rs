@@ -57,7 +57,7 @@ pub use faults::{Between, FaultDraw, FaultMode, FaultPlace, FaultSettings, Fault
 pub use keys::{Key, Range, Usual, Values, key, keys};
 pub use known::pole_signature;
 pub use packed::Packed;
-pub use plan::{Note, Plan};
+pub use plan::{Note, Plan, WatchPoints};
 pub use pole_rule::PoleRule;
 pub use record::{Record, TrialError, Verdict, miss_deg};
 pub use rotor::{Memory, Rotor};

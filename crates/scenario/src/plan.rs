@@ -1,5 +1,6 @@
 //! The plan of a scenario file: the points of its sweep, and the scenario at each point.
 
+mod points;
 mod trials;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -55,6 +56,10 @@ pub struct Plan {
     pub(super) remote: Option<Arc<dyn Remote>>,
 }
 
+/// Function that is called while the points of a plan are checked, with the number of checked points and the number of all points. An error
+/// ends the check.
+pub type WatchPoints<'a> = &'a mut dyn FnMut(usize, usize) -> Result<(), FileError>;
+
 /// Largest number of points for which the setters are compared with the document. A plan with more points has no setters, and reads the
 /// document for each trial.
 const MOST_TYPED: usize = 200;
@@ -71,20 +76,41 @@ impl Plan {
     /// # Errors
     /// A key is unknown, or its value is invalid at a point.
     pub fn new(document: Document) -> Result<Self, FileError> {
-        Self::with_motor_of(document, None)
+        Self::watched(document, None, &mut |_, _| Ok(()))
     }
 
-    /// Makes the plan of a changed document. If the motor is unchanged, it is copied from this plan, because fitting a flux map takes
-    /// seconds.
+    /// Makes the plan of a changed document. If the motor is unchanged, it is copied from this plan.
     ///
     /// # Errors
     /// The same as for [`Plan::new`].
     pub fn changed(&self, document: Document) -> Result<Self, FileError> {
-        let same = self.document.get("motor") == document.get("motor");
-        Self::with_motor_of(document, same.then_some(self))
+        Self::watched(document, Some(self), &mut |_, _| Ok(()))
     }
 
-    fn with_motor_of(document: Document, known: Option<&Self>) -> Result<Self, FileError> {
+    /// Makes the plan of a document like [`Plan::new`], and calls `watch` again and again while the points are checked. A point takes some
+    /// 0.1 ms, with a flux map that an axis changes some 0.4 s. If the motor is that of the plan `known`, it is copied from there, because
+    /// fitting a flux map takes seconds.
+    ///
+    /// # Errors
+    /// The same as for [`Plan::new`], and an error of `watch`.
+    ///
+    /// ```
+    /// use std::path::Path;
+    /// use standstill_scenario::{Document, Plan};
+    ///
+    /// let text = "axes = { \"sensors.noise\" = { from = 0.01, to = 0.03, points = 200 } }";
+    /// let document = Document::parse(Path::new("s.toml"), text)?;
+    /// let mut seen = Vec::new();
+    /// Plan::watched(document, None, &mut |checked, all| Ok(seen.push((checked, all))))?;
+    /// assert_eq!(seen, [(0, 200), (64, 200), (128, 200), (192, 200)]);
+    /// # Ok::<(), standstill_scenario::FileError>(())
+    /// ```
+    pub fn watched(
+        document: Document,
+        known: Option<&Self>,
+        watch: WatchPoints<'_>,
+    ) -> Result<Self, FileError> {
+        let known = known.filter(|known| known.document.get("motor") == document.get("motor"));
         let file = document.load()?;
         let keys = file.axes.keys().map(|key| ("axes", key));
         for (table, key) in keys.chain(file.tolerances.keys().map(|key| ("tolerances", key))) {
@@ -146,23 +172,7 @@ impl Plan {
             typed,
             remote,
         };
-        for number in 0..plan.points.len() {
-            let Scenario { motor, foreign, .. } = plan.scenario(number)?;
-            plan.notes[Note::Libraries as usize]
-                .extend(foreign.and_then(|foreign| foreign.library().shared_note()));
-            // A motor that all points share is checked once.
-            if number == 0 || plan.motor.is_none() {
-                plan.notes[Note::Maps as usize].extend(motor.map_note());
-                let doubt = motor.doubtful().map(|doubt| format!("{}: {}", motor.name, doubt.said()));
-                plan.notes[Note::Numbers as usize].extend(doubt);
-                if motor.has_magnet() {
-                    plan.has_poles = true;
-                    let known = motor.pole_knowledge();
-                    plan.notes[Note::Poles as usize].extend(known.note().map(str::to_owned));
-                    plan.pole_is_open |= known.is_open();
-                }
-            }
-        }
+        plan.check_points(watch)?;
         let tried = plan.check_draws()?;
         plan.typed = plan.setters(tried)?;
         plan.document.seal();

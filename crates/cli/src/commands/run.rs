@@ -74,7 +74,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     }
     // A plan of many points takes time, and an interrupt finds nothing to keep.
     interrupt::at_once();
-    let plan = if options.isolate { isolated::plan(&document)? } else { Plan::new(document)? };
+    let plan = if options.isolate { isolated::plan(&document)? } else { progress::plan(document)? };
     let trials = Trials { plan: &plan, shard: options.shard, threads: options.threads.map(usize::from) };
     let identity = trials.identity()?;
     let out = &options.results.out;

@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use standstill_scenario::Plan;
 use standstill_table::Format;
 
 use super::question::given;
@@ -12,7 +11,7 @@ use crate::arguments::{Rows, Seed, Slurm};
 use crate::error::Error;
 use crate::scenario;
 use crate::shell::command_line::{filled, quoted};
-use crate::shell::{Report, interrupt};
+use crate::shell::{Report, interrupt, progress};
 
 pub fn run(options: &Slurm) -> Result<Report, Error> {
     interrupt::at_once();
@@ -23,7 +22,7 @@ pub fn run(options: &Slurm) -> Result<Report, Error> {
     if options.isolate {
         isolated::plan(&document)?
     } else {
-        Plan::new(document)?
+        progress::plan(document)?
     };
     let here = std::env::current_dir().map_err(|error| Error::Read(".".into(), error))?;
     let program = std::env::current_exe().map_err(|error| Error::Read("standstill".into(), error))?;

@@ -9,6 +9,7 @@ use console::Term;
 use indicatif::{ProgressBar, ProgressFinish, ProgressState, ProgressStyle, WeakProgressBar};
 use standstill_analysis::Watch;
 use standstill_campaign::store::Notes;
+use standstill_scenario::{Document, FileError, Plan};
 
 use crate::shell::terminal::tell;
 use crate::shell::{host, interrupt, locked};
@@ -30,6 +31,25 @@ pub fn bar(trials: u64) -> ProgressBar {
     bar.set_style(style(template).with_key("rate", rate));
     bar
 }
+
+/// Makes the plan of a document. Shows a bar while its points are checked, if they take more than a moment.
+pub fn plan(document: Document) -> Result<Plan, FileError> {
+    let mut bar: Option<ProgressBar> = None;
+    Plan::watched(document, None, &mut |checked, all| {
+        if all >= MANY_POINTS {
+            let bar = bar.get_or_insert_with(|| {
+                let bar = new(all as u64, " points checked");
+                bar.set_style(style("{bar:16} {pos}/{len} points checked, {eta} left"));
+                bar
+            });
+            bar.set_position(checked as u64);
+        }
+        Ok(())
+    })
+}
+
+/// Least number of points of a plan that has a bar: their check takes about a second, with a flux map that an axis changes minutes.
+const MANY_POINTS: usize = 500;
 
 /// Makes a style from its template.
 fn style(template: &str) -> ProgressStyle {

@@ -24,7 +24,7 @@ use standstill_scenario::{Document, FileError, Lost, Plan, Record, Remote};
 
 use crate::error::Error;
 use crate::shell::command_line::one_line;
-use crate::shell::{Report, host, locked};
+use crate::shell::{Report, host, locked, progress};
 
 /// Mark at the beginning of a line that a worker writes, to distinguish the line from the library's output.
 const MARK: &str = "\u{1}standstill ";
@@ -52,7 +52,7 @@ pub fn plan(document: &Document) -> Result<Plan, Error> {
     let mut workers = Workers::of(document)?;
     let limit = document.load()?.detector.call_limit()?;
     load_elsewhere(move |path| inspected(path, limit));
-    let plan = Plan::new(document.clone())?;
+    let plan = progress::plan(document.clone())?;
     workers.files = digests(&plan);
     workers.check().map_err(|error| Error::Scenario(document.locate(error)))?;
     Ok(plan.with_remote(Arc::new(workers)))
