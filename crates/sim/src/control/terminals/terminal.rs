@@ -76,7 +76,7 @@ impl<'a> Control<'a> {
         let link = &self.case.inverter.link;
         if let Some(storage) = link.storage {
             let lack = here.source.voltage.get(self.lane) - here.state.link.get(self.lane);
-            rise = (link.delivered(lack) - self.from_link(bank, current)) / storage.capacitance;
+            rise = (link.delivered(lack) - self.at_upper_rail(bank, current)) / storage.capacitance;
         }
         capacitance * rise
     }
@@ -103,11 +103,11 @@ impl<'a> Control<'a> {
         let lack = bank.here.source.voltage.get(self.lane) - bank.here.state.link.get(self.lane);
         let limited = link.most_current.is_some_and(|most| link.delivered(lack) >= most);
         let fed = if limited { 0.0 } else { (rise - following / capacitance) / storage.source_resistance };
-        capacitance * (fed - self.from_link(bank, slopes)) / storage.capacitance
+        capacitance * (fed - self.at_upper_rail(bank, slopes)) / storage.capacitance
     }
 
     /// Returns the sum of a quantity of the legs over those that a device connects to the upper rail.
-    fn from_link<V: Wide>(&self, bank: &Bank<'a, V>, of_legs: [f64; 3]) -> f64 {
+    fn at_upper_rail<V: Wide>(&self, bank: &Bank<'a, V>, of_legs: [f64; 3]) -> f64 {
         let modes = bank.machine.legs.modes(self.lane, self.time(bank));
         (0..3).filter(|k| modes[*k].is_upper()).map(|k| of_legs[k]).sum()
     }
