@@ -92,7 +92,7 @@ impl DcLink {
 }
 
 /// A source's voltage.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Source<T> {
     /// In V.
     pub voltage: T,

@@ -125,6 +125,11 @@ pub trait Effect<V: Wide> {
     #[inline(always)]
     fn within(&self, _span: &Span<'_, '_, V>, _there: &mut Here<V>) {}
 
+    /// Returns whether the effect leaves a machine as it is in which no current flows and the rotor does not move.
+    fn is_still(&self) -> bool {
+        true
+    }
+
     /// Copies the effect's numbers of the selected machines from one state to another.
     #[inline(always)]
     fn keep(&self, _of: V::Mask, _from: &Here<V>, _to: &mut Here<V>) {}
@@ -163,6 +168,10 @@ impl<V: Wide, E: Effect<V>> Effect<V> for Option<&E> {
         energy(moment: &Moment<'_, '_, V>, stored: &mut Ledger);
         power(moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, powers: &mut Ledger);
         work(moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, spent: &mut Ledger);
+    }
+
+    fn is_still(&self) -> bool {
+        self.is_none_or(Effect::is_still)
     }
 
     #[inline(always)]

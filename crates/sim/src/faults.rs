@@ -57,8 +57,8 @@ pub struct Short {
 }
 
 impl Short {
-    /// Returns the leakage inductance L_l in H of the shorted turns: the part of their own inductance that is not their share of the
-    /// winding's flux (formula in `effect/shorted.rs`).
+    /// Returns the leakage inductance L_l in H of the shorted turns: their self-inductance less the part that links the flux of the core
+    /// (formula in `effect/shorted.rs`).
     pub(crate) fn leakage(&self, motor: &Motor) -> f64 {
         let winding = &motor.winding;
         let phase = winding.mean_inductance + winding.leakage;

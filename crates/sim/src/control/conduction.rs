@@ -51,7 +51,7 @@ impl One {
             current: here.at.current.get(lane),
             inverse_inductance: Symmetric::new(one(&gamma.xx), one(&gamma.xy), one(&gamma.yy)),
             drift,
-            pull: bank.machine.shorted.as_ref().map_or(Plane::default(), |of| of.pull_of(&here.state, lane)),
+            pull: bank.machine.pull(&here.state, lane),
             dc_link: one(&here.state.link),
             start: Heading { sin: one(&bank.machine.start.sin), cos: one(&bank.machine.start.cos) },
             resistance: bank.machine.legs.resistance(lane, one(&bank.machine.resistance)),

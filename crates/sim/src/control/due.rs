@@ -4,6 +4,7 @@ use standstill_interface::Nanos;
 use standstill_numeric::{Lane, Wide};
 
 use super::run::Control;
+use crate::effect::{Effect, each_effect};
 use crate::lanes::bank::Bank;
 use crate::physics::gates::NEVER;
 
@@ -50,12 +51,12 @@ impl<'a> Control<'a> {
     /// Returns whether the machine rests until the next instant: no current flows, the rotor does not move, and nothing that stores
     /// energy or varies with time could start either.
     pub(super) fn rests<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
-        bank.machine.legs.idle_lanes() >> self.lane & 1 == 1
+        let machine = &bank.machine;
+        let mut rests = machine.legs.idle_lanes() >> self.lane & 1 == 1
             && !self.motion.moves()
-            && bank.machine.circuits.eddies().is_none()
-            && bank.machine.shorted.is_none()
-            && bank.machine.links.storage.is_none()
-            && self.case.inverter.link.sag.is_none()
+            && self.case.inverter.link.sag.is_none();
+        each_effect!(machine, machine.branch.as_ref(), effect => rests &= Effect::<V>::is_still(effect));
+        rests
     }
 
     /// Advances the time of a resting machine to `until` in ns.

@@ -27,9 +27,6 @@ impl<'a> Control<'a> {
         if let Some(sensed) = &mut bank.sensed {
             sensed.put(lane, &self.case.sensors);
         }
-        if let Some(shorted) = &mut bank.machine.shorted {
-            shorted.clear(lane);
-        }
         let mut flux = motor.magnetics.rest(Heading::of(*start_angle));
         let mut pulls = false;
         if let Some(branch) = &mut bank.machine.branch {

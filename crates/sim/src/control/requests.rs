@@ -20,7 +20,7 @@ pub enum Task {
 }
 
 impl Task {
-    /// Returns the task of a leg in a stage of a command. `leg`: what the command orders of this leg. `carrier`: period of the PWM.
+    /// Returns the task of a leg in a stage of a command. `leg` is the command's order for this leg. `carrier`: period of the PWM.
     pub fn new(leg: Leg<f64>, carrier: Nanos) -> Self {
         let once =
             |from, at, to| if at == Nanos::ZERO { Self::Keep(to) } else { Self::Once { from, at, to } };

@@ -235,9 +235,7 @@ impl<'a> Control<'a> {
             let along = tried.change[0].flux * ((here.time - begin.time) * 1e-9);
             core = core - branch.at(state.flux, passed.then_some(along)).current;
         }
-        if let Some(short) = &bank.machine.shorted {
-            core = short.point(state).core(state.flux, core, state.shorted);
-        }
+        core = bank.machine.without_shorted(state, core);
         let (flux, current) = (state.flux.get(lane).to_rotor(turned), core.get(lane).to_rotor(turned));
         let magnetic = motor.magnetics.state(flux, Heading::of(angle));
         motor.torque(flux, current, magnetic.energy_slope) + motor.cogging(angle)

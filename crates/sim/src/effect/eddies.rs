@@ -28,6 +28,10 @@ pub struct EddyStep<V> {
 impl<V: Wide> Effect<V> for Eddies<V> {
     type Step = EddyStep<V>;
 
+    fn is_still(&self) -> bool {
+        false
+    }
+
     fn rest(&self, lane: usize, _: &Case<'_>, flux: Dq<f64>, state: &mut State<V>) {
         state.lagging.d.put(lane, flux.d);
         state.lagging.q.put(lane, flux.q);

@@ -65,8 +65,29 @@ impl<V: Wide> LinkStep<V> {
     }
 }
 
+impl<V: Wide> Links<V> {
+    /// Corrects links with a capacitor a second time, after the terminals' correction has changed the currents and slopes of the first one.
+    /// The flux at the end follows.
+    #[inline(always)]
+    pub fn correct_again(&self, end: &End<'_, '_, V>, there: &mut Here<V>, step: &mut LinkStep<V>) {
+        if self.storage.is_none() {
+            return;
+        }
+        let Begin { machine, legs, .. } = *end.begin;
+        let (known, more) = (machine.change::<true>(legs, &there.at, &there.state), step.more);
+        self.correct(&End { change: &known, ..*end }, there, step);
+        let late = end.looked.held(legs, legs.terminals.rail * (step.more - more));
+        there.state.flux = there.state.flux + late;
+        there.at.current = there.at.current + late.through(end.looked.gamma);
+    }
+}
+
 impl<V: Wide> Effect<V> for Links<V> {
     type Step = LinkStep<V>;
+
+    fn is_still(&self) -> bool {
+        self.storage.is_none()
+    }
 
     fn rest(&self, lane: usize, case: &Case<'_>, _: Dq<f64>, state: &mut State<V>) {
         state.link.put(lane, case.inverter.link.source(0.0));

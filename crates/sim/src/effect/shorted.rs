@@ -7,10 +7,10 @@
 //!   dψ/dt = v − R ī,       ī = ∂W/∂ψ
 //!   ψ_s = k u·ψ + L_l i_s,   dψ_s/dt = −k R (i_x + i_s) − R_f i_s
 //! ```
-//! L_l is the leakage inductance of the shorted turns: the part of their own inductance that is not their share of ψ. With the
-//! coupling c between these turns and the phase, their own inductance is k² L_x/c², where L_x = L_A + L_σ is that of the phase. So
-//! `L_l = k² (L_x/c² − ⅔ L)`, with L the mean of L_d and L_q. L_l belongs to paths in air and does not saturate. The rotor's EMF and
-//! the core's saturation are contained in ψ.
+//! L_l is the leakage inductance of the shorted turns: their self-inductance less the part that links ψ. With the coupling c between these
+//! turns and the phase, their own inductance is k² L_x/c², where L_x = L_A + L_σ is that of the phase. So `L_l = k² (L_x/c² − ⅔ L)`, with
+//! L the mean of L_d and L_q. L_l belongs to paths in air and does not saturate. The rotor's EMF and the core's saturation are contained
+//! in ψ.
 //!
 //! With χ = ψ_s/k, the shorted turns are a branch in parallel to the core along u, as eddy currents are one in the rotor's
 //! frame:
@@ -228,6 +228,10 @@ impl<V: Wide> Shorted<V> {
 
 impl<V: Wide> Effect<V> for Shorted<V> {
     type Step = ShortStep<V>;
+
+    fn is_still(&self) -> bool {
+        false
+    }
 
     fn rest(&self, lane: usize, _: &Case<'_>, _: Dq<f64>, state: &mut State<V>) {
         state.shorted.put(lane, 0.0);

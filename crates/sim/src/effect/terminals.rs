@@ -131,6 +131,21 @@ fn later<V: Wide>(
 }
 
 impl<V: Wide> TerminalStep<V> {
+    /// Returns the oscillators extrapolated from the beginning, and writes the predicted state into `there`. None if terminals have no
+    /// capacitance; none in code for machines without rare effects.
+    #[inline(always)]
+    pub fn predicted<const RARE: bool>(
+        begin: &Begin<'_, '_, V>,
+        link: &LinkStep<V>,
+        there: &mut Here<V>,
+    ) -> Option<Self> {
+        let terminals = if RARE { Self::of(begin, link) } else { None };
+        if let Some(terminals) = &terminals {
+            terminals.predict(begin, there);
+        }
+        terminals
+    }
+
     /// Returns the oscillators extrapolated from the beginning; none if terminals have no capacitance.
     #[inline(always)]
     pub fn of(begin: &Begin<'_, '_, V>, link: &LinkStep<V>) -> Option<Self> {
@@ -148,7 +163,7 @@ impl<V: Wide> TerminalStep<V> {
 
     /// Writes predicted flux in Wb and potentials in V at the end into `there`.
     #[inline(always)]
-    pub fn predict(&self, begin: &Begin<'_, '_, V>, there: &mut Here<V>) {
+    fn predict(&self, begin: &Begin<'_, '_, V>, there: &mut Here<V>) {
         let Begin { h, machine, legs, here, .. } = *begin;
         let [moved, mean] = self.ringing.after(V::of(1.0));
         there.state.flux = here.state.flux + moved + legs.terminals.rail * self.surplus;

@@ -149,6 +149,9 @@ impl<'a, V: Wide> Machine<'a, V> {
         put(&mut self.start.sin, start.sin);
         put(&mut self.start.cos, start.cos);
         self.legs.put_axes(lane, start);
+        if let Some(shorted) = &mut self.shorted {
+            shorted.clear(lane);
+        }
         if let Some(rotors) = &mut self.rotors {
             let pole_pairs = f64::from(motor.pole_pairs);
             put(&mut rotors.start, angle);
@@ -271,6 +274,18 @@ impl<'a, V: Wide> Machine<'a, V> {
     #[inline(always)]
     pub fn shorted_if<const RARE: bool>(&self) -> Option<&Shorted<V>> {
         if RARE { self.shorted.as_ref() } else { None }
+    }
+
+    /// Returns the result of [`Shorted::pull_of`] in V; zero without shorted turns.
+    #[inline(always)]
+    pub fn pull(&self, state: &State<V>, lane: usize) -> Plane {
+        self.shorted.as_ref().map_or(Plane::default(), |of| of.pull_of(state, lane))
+    }
+
+    /// Returns a current in A at the terminals less the part that shorted turns draw beside the core.
+    pub fn without_shorted(&self, state: &State<V>, current: Plane<V>) -> Plane<V> {
+        let shorted = self.shorted.as_ref().map(|of| of.point(state));
+        shorted.map_or(current, |point| point.core(state.flux, current, state.shorted))
     }
 
     /// Finds out which play cells of the selected machines slide at the beginning of a step.

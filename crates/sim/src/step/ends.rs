@@ -2,37 +2,14 @@
 
 use standstill_numeric::Wide;
 
-use super::hermite::Cubic;
 use super::two_derivative::{Here, Tried};
-use crate::effect::link::LinkStep;
-use crate::guard::{Bounds, PerGuard};
-use crate::physics::legs::Conducting;
-use crate::physics::machine::{Change, Machine};
+use crate::guard::Bounds;
+use crate::physics::machine::Machine;
 
 impl<V: Wide> Tried<V> {
-    /// Makes an empty record of a step. All fields are written out. A call of [`Self::new`] with zero length would be shorter, but it
-    /// would compile the code of a step a second time.
+    /// Makes an empty record of a step. A call of [`Self::new`] with zero length would compile the code of a step a second time.
     pub fn none(here: &Here<V>) -> Self {
-        let zero = V::of(0.0);
-        Self {
-            h: zero,
-            legs: Conducting::default(),
-            end: *here,
-            change: [Change::default(); 2],
-            link: LinkStep::default(),
-            rotor: None,
-            floating: None,
-            branch: None,
-            phases: [[zero; 3]; 2],
-            margins: [PerGuard::all(zero); 2],
-            phase_rise: [[zero; 3]; 2],
-            torque: [zero; 2],
-            motion: Cubic::default(),
-            error: zero,
-            blocked_at_begin: zero,
-            least_margin: zero,
-            least_at_mode_end: zero,
-        }
+        Self { end: *here, ..Self::default() }
     }
 
     /// Computes the smallest margins of the modes within the step, at its beginning and at its end.

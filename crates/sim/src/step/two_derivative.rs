@@ -27,7 +27,7 @@ use crate::step::error::Accuracy;
 use crate::step::hermite::Cubic;
 
 /// The machines at one time, with their states and operating points.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Here<V: Wide> {
     /// Time in ns since the start of the run.
     pub time: V,
@@ -40,7 +40,7 @@ pub struct Here<V: Wide> {
 }
 
 /// An attempted step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Tried<V: Wide> {
     /// Length of the step in s.
     pub h: V,
@@ -113,13 +113,7 @@ impl<V: Wide> Tried<V> {
         let mut rotor = rotors.predict(&begin, &mut there);
         let mut link = links.predict(&begin, &mut there);
         let mut winding = WindingStep::predict(&begin, &link, &mut there);
-        let mut terminals = None;
-        if RARE {
-            terminals = TerminalStep::of(&begin, &link);
-        }
-        if RARE && let Some(terminals) = &terminals {
-            terminals.predict(&begin, &mut there);
-        }
+        let mut terminals = TerminalStep::predicted::<RARE>(&begin, &link, &mut there);
         let mut eddy = eddies.predict(&begin, &mut there);
         let mut shorted = short.predict(&begin, &mut there);
         let mut branched = branch.predict(&begin, &mut there);
@@ -153,13 +147,8 @@ impl<V: Wide> Tried<V> {
             (missing, resistance) = terminals.correct(&end, &link, winding.predicted[0], &mut there);
         }
         WindingStep::correct(&end, missing, resistance, &mut there);
-        if RARE && terminals.is_some() && links.storage.is_some() {
-            // The link was corrected with currents and slopes from before the terminals' correction: it is corrected once more.
-            let (known, more) = (machine.change::<RARE>(legs, &there.at, &there.state), link.more);
-            links.correct(&End { change: &known, ..end }, &mut there, &mut link);
-            let late = looked.held(legs, legs.terminals.rail * (link.more - more));
-            there.state.flux = there.state.flux + late;
-            there.at.current = there.at.current + late.through(looked.gamma);
+        if RARE && terminals.is_some() {
+            links.correct_again(&end, &mut there, &mut link);
         }
         eddies.correct(&end, &mut there, &mut eddy);
         short.correct(&end, &mut there, &mut shorted);

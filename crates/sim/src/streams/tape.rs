@@ -19,7 +19,7 @@ pub struct Tape {
     strips: RefCell<Vec<Strip>>,
 }
 
-// Not derived: a derived `clone` would be compiled in each crate that copies tapes, of which some are not optimised.
+// Written by hand: a derived `clone` is compiled in each crate that copies tapes, and some of these crates are not optimised.
 impl Clone for Tape {
     fn clone(&self) -> Self {
         Self { source: self.source, strips: self.strips.clone() }

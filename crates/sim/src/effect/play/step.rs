@@ -140,7 +140,7 @@ impl<V: Wide> Cells<V> {
         keep_symmetric(of, stiffness, &mut self.tangent);
     }
 
-    /// Makes the end of a step, at a flux in Wb, the present state of the selected machines.
+    /// Sets the state of the selected machines to the end of a step. `flux` is the flux there in Wb.
     #[inline(always)]
     pub fn take(&mut self, of: V::Mask, flux: Plane<V>, moved: &Moved<V>) {
         keep_plane(of, flux, &mut self.from);
@@ -166,7 +166,8 @@ impl<V: Wide> Cells<V> {
         }
     }
 
-    /// Returns current and stiffness of the branch at a flux in Wb for these pinned fluxes π in Wb.
+    /// Returns current and stiffness of the branch at the flux ψ in Wb if its cells have these pinned fluxes π in Wb: each cell's elastic
+    /// flux is ψ − π. The referee integrates π itself; [`Self::at`] follows it from the path of ψ.
     pub fn pinned_at(&self, flux: Plane<V>, pinned: &BranchState<V>) -> BranchPoint<V> {
         self.point(pinned.map(|pinned| flux - pinned))
     }

@@ -60,8 +60,8 @@ impl<V: Wide> Ringing<V> {
         self.damping[m] = self.damping[m] + rate * 0.5;
     }
 
-    /// Returns two means over a share of the step: that of a mode's current, and that of the current which without dividers would have
-    /// changed η equally. `flux` is ξ at the end of the share. `mean` is the mean of ξ + Ĵ.
+    /// Returns two means over a share of the step: the mean of a mode's current, and the mean of the current that would change η by the
+    /// same amount if there were no dividers. `flux` is ξ at the end of the share. `mean` is the mean of ξ + Ĵ.
     #[inline(always)]
     pub(super) fn means(&self, m: usize, share: V, flux: V, mean: V) -> [V; 2] {
         let Some(leak) = &self.leak else { return [mean; 2] };
