@@ -7,7 +7,7 @@ mod sample;
 
 use core::ffi::{c_char, c_void};
 
-use crate::{Fault, Rotation, Undetermined};
+use crate::{Fault, Undetermined};
 
 pub use sample::{sensed_code, sensed_of};
 
@@ -323,45 +323,10 @@ pub struct Setting {
 
 /// Returns the code of `enum sts_reason` for an axis without a pole.
 pub const fn axis_reason<T>(reason: &Undetermined<T>) -> u32 {
-    match reason {
-        Undetermined::MarginBelowNoise { .. } => 1,
-        Undetermined::NoSignature => 2,
-        Undetermined::NotDecided { .. } => 3,
-        Undetermined::OffAxis { .. } => 4,
-        Undetermined::MayHaveTurned { .. } => 5,
-        Undetermined::Own(own) => own.code,
-    }
+    reason.listed().0
 }
 
 /// Returns the code of `enum sts_reason` for a failure.
 pub const fn failure_reason<T>(fault: &Fault<T>) -> u32 {
-    match fault {
-        Fault::Clipped(_) | Fault::LinkCurrentClipped => 16,
-        Fault::DcLinkClipped => 17,
-        Fault::NotANumber => 18,
-        Fault::Hidden(_) | Fault::LinkCurrentHidden => 19,
-        Fault::NoCurrent { .. } => 20,
-        Fault::CurrentPersists(_) => 21,
-        Fault::NoSaliency { .. } => 22,
-        Fault::NotInductive(_) => 23,
-        Fault::DidNotFollow { .. } => 24,
-        Fault::RotorMoves { .. } => 25,
-        Fault::UnexpectedReadings => 26,
-        Fault::TrippedEarly { .. } => 27,
-        Fault::TerminalClipped => 28,
-        Fault::TerminalHidden => 29,
-        Fault::NoVoltage => 30,
-        Fault::TerminalsSwing => 31,
-        Fault::SensorsDisagree { .. } => 32,
-        Fault::DcLinkOutOfRange { .. } => 33,
-        Fault::InductanceOutOfRange { .. } => 34,
-        Fault::DirectionsDiffer { .. } => 35,
-        Fault::CoarseTimer { .. } => 36,
-        Fault::RotorTurns { way: None, .. } => 37,
-        Fault::RotorTurns { way: Some(Rotation::Forward), .. } => 38,
-        Fault::RotorTurns { way: Some(Rotation::Backward), .. } => 39,
-        Fault::ContactResistive { .. } => 40,
-        Fault::SaliencyOutOfRange { .. } => 41,
-        Fault::Own(own) => own.code,
-    }
+    fault.listed().0
 }

@@ -8,13 +8,18 @@ use crate::Real;
 impl<T> Undetermined<T> {
     /// Returns the name of the reason, without its numbers.
     pub const fn name(&self) -> &'static str {
+        self.listed().1
+    }
+
+    /// Returns the code of the reason in `enum sts_reason` of the header, and its name.
+    pub(crate) const fn listed(&self) -> (u32, &'static str) {
         match self {
-            Self::MarginBelowNoise { .. } => "polarity margin below noise",
-            Self::NoSignature => "both poles of this motor answer alike",
-            Self::NotDecided { .. } => "pole not certain enough",
-            Self::OffAxis { .. } => "polarity points away from the axis",
-            Self::MayHaveTurned { .. } => "the rotor may have turned since its axis was measured",
-            Self::Own(own) => own.text,
+            Self::MarginBelowNoise { .. } => (1, "polarity margin below noise"),
+            Self::NoSignature => (2, "both poles of this motor answer alike"),
+            Self::NotDecided { .. } => (3, "pole not certain enough"),
+            Self::OffAxis { .. } => (4, "polarity points away from the axis"),
+            Self::MayHaveTurned { .. } => (5, "the rotor may have turned since its axis was measured"),
+            Self::Own(own) => (own.code, own.text),
         }
     }
 }
@@ -22,35 +27,42 @@ impl<T> Undetermined<T> {
 impl<T> Fault<T> {
     /// Returns the name of the reason, without its numbers.
     pub const fn name(&self) -> &'static str {
+        self.listed().1
+    }
+
+    /// Returns the code of the reason in `enum sts_reason` of the header, and its name.
+    pub(crate) const fn listed(&self) -> (u32, &'static str) {
         match self {
-            Self::Clipped(_) | Self::LinkCurrentClipped => "current clipped by the ADC",
-            Self::DcLinkClipped => "DC-link voltage clipped by the ADC",
-            Self::NotANumber => "a reading is not a number",
-            Self::Hidden(_) | Self::LinkCurrentHidden => "current seen by no sensor",
-            Self::NoCurrent { .. } => "too little current",
-            Self::TrippedEarly { .. } => "tripped too early to be timed",
-            Self::CurrentPersists(_) => "current does not decay",
-            Self::NoSaliency { .. } => "no saliency found",
-            Self::CoarseTimer { .. } => "no saliency found: the timer's tick is too long",
-            Self::NotInductive(_) => "a line that is no inductance",
-            Self::DidNotFollow { .. } => "not applicable: the rotor did not follow",
-            Self::RotorMoves { .. } => "the rotor moves",
-            Self::RotorTurns { way: None, .. } => "the rotor turns",
-            Self::RotorTurns { way: Some(Rotation::Forward), .. } => "the rotor turns forward",
-            Self::RotorTurns { way: Some(Rotation::Backward), .. } => "the rotor turns backward",
-            Self::TerminalClipped => "terminal voltage clipped by the ADC",
-            Self::TerminalHidden => "terminal voltage seen by no divider",
-            Self::NoVoltage => "too little voltage across a line",
-            Self::TerminalsSwing => "the terminals do not come to rest",
-            Self::SensorsDisagree { .. } => "current sensors disagree",
-            Self::DcLinkOutOfRange { .. } => "DC link not as on the data sheet",
-            Self::InductanceOutOfRange { .. } => "inductance not as on the data sheet",
-            Self::SaliencyOutOfRange { .. } => "saliency not as on the data sheet",
-            Self::DirectionsDiffer { phase: Some(_), .. } => "both ways of a line differ",
-            Self::DirectionsDiffer { phase: None, .. } => "currents along the axis and against it differ",
-            Self::ContactResistive { .. } => "a phase has more resistance than the others",
-            Self::UnexpectedReadings => "unexpected readings",
-            Self::Own(own) => own.text,
+            Self::Clipped(_) | Self::LinkCurrentClipped => (16, "current clipped by the ADC"),
+            Self::DcLinkClipped => (17, "DC-link voltage clipped by the ADC"),
+            Self::NotANumber => (18, "a reading is not a number"),
+            Self::Hidden(_) | Self::LinkCurrentHidden => (19, "current seen by no sensor"),
+            Self::NoCurrent { .. } => (20, "too little current"),
+            Self::TrippedEarly { .. } => (27, "tripped too early to be timed"),
+            Self::CurrentPersists(_) => (21, "current does not decay"),
+            Self::NoSaliency { .. } => (22, "no saliency found"),
+            Self::CoarseTimer { .. } => (36, "no saliency found: the timer's tick is too long"),
+            Self::NotInductive(_) => (23, "a line that is no inductance"),
+            Self::DidNotFollow { .. } => (24, "not applicable: the rotor did not follow"),
+            Self::RotorMoves { .. } => (25, "the rotor moves"),
+            Self::RotorTurns { way: None, .. } => (37, "the rotor turns"),
+            Self::RotorTurns { way: Some(Rotation::Forward), .. } => (38, "the rotor turns forward"),
+            Self::RotorTurns { way: Some(Rotation::Backward), .. } => (39, "the rotor turns backward"),
+            Self::TerminalClipped => (28, "terminal voltage clipped by the ADC"),
+            Self::TerminalHidden => (29, "terminal voltage seen by no divider"),
+            Self::NoVoltage => (30, "too little voltage across a line"),
+            Self::TerminalsSwing => (31, "the terminals do not come to rest"),
+            Self::SensorsDisagree { .. } => (32, "current sensors disagree"),
+            Self::DcLinkOutOfRange { .. } => (33, "DC link not as on the data sheet"),
+            Self::InductanceOutOfRange { .. } => (34, "inductance not as on the data sheet"),
+            Self::SaliencyOutOfRange { .. } => (41, "saliency not as on the data sheet"),
+            Self::DirectionsDiffer { phase: Some(_), .. } => (35, "both ways of a line differ"),
+            Self::DirectionsDiffer { phase: None, .. } => {
+                (35, "currents along the axis and against it differ")
+            }
+            Self::ContactResistive { .. } => (40, "a phase has more resistance than the others"),
+            Self::UnexpectedReadings => (26, "unexpected readings"),
+            Self::Own(own) => (own.code, own.text),
         }
     }
 }
@@ -61,7 +73,6 @@ impl<T: Real> fmt::Display for Undetermined<T> {
             Self::MarginBelowNoise { margin, needed } => {
                 write!(f, "polarity margin {margin:.3} A below the {needed:.3} A that the noise demands")
             }
-            Self::NoSignature => write!(f, "both poles of this motor answer alike"),
             Self::NotDecided { error, allowed } => {
                 let [error, allowed] = [*error, *allowed].map(T::to_double);
                 write!(f, "wrong pole with a probability of {error:.1e} where {allowed:.1e} is allowed")
@@ -77,7 +88,7 @@ impl<T: Real> fmt::Display for Undetermined<T> {
                     "the rotor may have turned by {angle:.0}° since its axis was measured where {allowed:.0}° are allowed"
                 )
             }
-            Self::Own(own) => f.write_str(own.text),
+            Self::NoSignature | Self::Own(_) => f.write_str(self.name()),
         }
     }
 }
@@ -86,8 +97,6 @@ impl<T: Real> fmt::Display for Fault<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Clipped(phase) => write!(f, "current of phase {} clipped by the ADC", phase.letter()),
-            Self::DcLinkClipped => write!(f, "DC-link voltage clipped by the ADC"),
-            Self::NotANumber => write!(f, "a reading is not a number"),
             Self::Hidden(phase) => write!(f, "current of phase {} seen by no sensor", phase.letter()),
             Self::NoCurrent { peak, needed } => {
                 write!(f, "too little current: {peak:.4} A where at least {needed:.4} A are needed")
@@ -138,9 +147,6 @@ impl<T: Real> fmt::Display for Fault<T> {
             Self::LinkCurrentHidden => {
                 write!(f, "current of the DC link read before its amplifier has settled")
             }
-            Self::TerminalClipped | Self::TerminalHidden | Self::NoVoltage | Self::TerminalsSwing => {
-                f.write_str(self.name())
-            }
             Self::SensorsDisagree { apart, allowed } => {
                 write!(f, "current sensors disagree by {apart:.3} A where {allowed:.3} A are allowed")
             }
@@ -175,7 +181,13 @@ impl<T: Real> fmt::Display for Fault<T> {
                 )
             }
             Self::UnexpectedReadings => write!(f, "the drive returned other samples than were asked for"),
-            Self::Own(own) => f.write_str(own.text),
+            Self::DcLinkClipped
+            | Self::NotANumber
+            | Self::TerminalClipped
+            | Self::TerminalHidden
+            | Self::NoVoltage
+            | Self::TerminalsSwing
+            | Self::Own(_) => f.write_str(self.name()),
         }
     }
 }
