@@ -9,6 +9,7 @@ mod budgets;
 mod campaigns;
 mod changed;
 mod checked;
+mod circles;
 mod clusters;
 mod compared;
 #[cfg(unix)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::pages::ROOT;
 
-fn below(folder: &Path, found: &mut Vec<PathBuf>) {
+pub fn below(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder").flatten() {
         let path = entry.path();
         if path.is_dir() && entry.file_name() != "target" {

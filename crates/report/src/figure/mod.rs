@@ -34,7 +34,6 @@ mod chart;
 mod colour;
 mod extent;
 mod heat;
-mod labels;
 mod layers;
 mod legend;
 mod letters;
@@ -44,6 +43,8 @@ mod png;
 mod reduce;
 mod style;
 mod svg;
+#[cfg(any(test, feature = "testing"))]
+mod testing;
 #[cfg(test)]
 mod tests;
 mod text;
