@@ -22,7 +22,7 @@
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use nalgebra::{Cholesky, DMatrix, DVector};
-use standstill_numeric::{erfc, exp, ln};
+use standstill_numeric::{erfc, exp, ln, root};
 
 use super::parameters::Point;
 use super::solve::Sum;
@@ -293,13 +293,6 @@ impl Between {
             };
             parts.iter().map(part).sum()
         };
-        [0.025, 0.975].map(|share| {
-            let (mut low, mut high) = (lowest, highest);
-            for _ in 0..40 {
-                let middle = 0.5 * (low + high);
-                if below(middle) < share { low = middle } else { high = middle }
-            }
-            0.5 * (low + high)
-        })
+        [0.025, 0.975].map(|share| root(lowest, highest, |x| Some(below(x) - share)).unwrap_or(f64::NAN))
     }
 }

@@ -5,7 +5,7 @@
 //! d at i_q = 0 are averaged over the rotor's angle and differenced over 60 A. No data were found for motors with
 //! surface magnets; what their saliency implies is computed.
 
-use standstill_numeric::power;
+use standstill_numeric::{power, root};
 
 use crate::Motor;
 
@@ -90,12 +90,8 @@ pub fn fall_of_surface_magnets(motor: &Motor) -> Option<f64> {
     let raised = l_d * motor.rated_current / motor.magnet_flux * (1.0 + iron);
     // The current in that unit grows with the flux, at least as fast as this.
     let current = |flux: f64| flux - 1.0 + iron * (power(flux, 7) - 1.0) / 7.0;
-    let (mut low, mut high) = (1.0, 1.0 + raised);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if current(middle) < raised { low = middle } else { high = middle }
-    }
-    Some(1.0 - (1.0 + iron) / (1.0 + iron * power(low, 6)))
+    let flux = root(1.0, 1.0 + raised, |flux| Some(current(flux) - raised))?;
+    Some(1.0 - (1.0 + iron) / (1.0 + iron * power(flux, 6)))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
-use standstill_numeric::ln;
+use standstill_numeric::{ln, root};
 use standstill_scenario::{Document, Specimen};
 
 use super::{Paper, PaperError, Statement};
@@ -51,13 +51,7 @@ fn law([resistance, inductance, gamma]: [f64; 3], way: f64) -> f64 {
         a * i / resistance
             - (inductance - a * volts / resistance) / resistance * ln(1.0 - resistance * i / volts)
     };
-    // The time grows with the current; halving finds the current.
-    let (mut low, mut high) = (0.0, 20.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if time(way * middle) < T { low = middle } else { high = middle }
-    }
-    low
+    root(0.0, 20.0, |i| Some(time(way * i) - T)).unwrap_or(f64::NAN)
 }
 
 fn statements(_: &AtomicBool) -> Result<Vec<Statement>, PaperError> {
