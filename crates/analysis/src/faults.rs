@@ -283,9 +283,9 @@ pub fn study(
     )
 }
 
-/// Runs trials of a plan in parallel blocks of `at_once` trials, and the same trials of the plan `without` checks, if there is one. Returns
-/// the result of `of` for each block. The arguments of `of` are the records of the two plans in the order of the trials. Its second
-/// argument is empty if there is no second plan.
+/// Runs trials of a plan in parallel, `at_once` at a time. If there is a plan `without` checks, runs the same trials of it, too. Calls
+/// `of` for each block with the records of both plans, in the order of the trials, and returns its results. The second list is empty if
+/// there is no second plan.
 ///
 /// # Errors
 /// A trial cannot be run, or the computation was interrupted.

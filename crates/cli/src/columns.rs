@@ -8,8 +8,8 @@ use standstill_quantity::si_value;
 use standstill_scenario::Point;
 use standstill_table::{Cell, Column, Kind};
 
-/// Name of the last column that a table of trials must have. If the method answers with a sector, the column has half the sector's width in degrees. Otherwise
-/// the column does not exist.
+/// Column with half the width in degrees of the sector that the method names. It is the last of the needed columns, and exists only if
+/// answers are sectors.
 pub const HALF_SECTOR: &str = "half_sector_deg";
 
 /// Function from a trial's row to its cell in a column.
@@ -33,7 +33,7 @@ const TRIAL: [(&str, Kind, Value); 14] = [
     (HALF_SECTOR, Kind::Number, |row| row.half_sector_deg.into()),
 ];
 
-/// Name of the column after the needed ones, which tables of earlier versions do not have.
+/// Name of the column with the age of the angle in s. Tables of earlier versions do not have it.
 pub const AGE: &str = "age_s";
 
 /// Columns of a trial that a table need not have: the age of the angle, and the error at the instant for which the angle holds.

@@ -113,7 +113,7 @@ pub struct Fit {
     pub channels: [bool; CHANNELS],
     /// Currents of all pieces, each a pulse or a train of pulses from rest.
     pub traces: Vec<Trace>,
-    /// What predictions of other records begin with ([`Fit::predict`]).
+    /// Start of predictions of other records ([`Fit::predict`]).
     pub basis: Basis,
 }
 

@@ -24,7 +24,7 @@ pub(crate) fn sampled(reading: &Reading<f64>, of: Sampled) -> f64 {
     }
 }
 
-/// What is there, without sensors.
+/// True values, without sensors.
 pub(crate) fn truth(rig: &Rig, of: Truth) -> f64 {
     let now = rig.now();
     match of {

@@ -7,7 +7,7 @@ use standstill_interface::choice;
 use crate::Gate;
 
 choice! {
-    /// What the switches are.
+    /// Type of the switches.
     #[derive(Default)]
     pub enum DeviceKind {
         /// IGBTs: a threshold and a slope one way; current the other way flows through the diode beside it, whatever the

@@ -66,7 +66,7 @@ pub fn of_sheet(motor: &Motor) -> Vec<String> {
     motor.doubtful().map(|doubtful| doubtful.said()).into_iter().chain(exchanged_axes(motor)).collect()
 }
 
-/// Returns what the numbers of a doubtful data sheet may mean, the likeliest first: keys of a nameplate, each with a number and its unit.
+/// Returns the likely meanings of a doubtful data sheet, the likeliest first. Each is a list of nameplate keys with a number and its unit.
 pub fn meant(motor: &Motor) -> Vec<Vec<(&'static str, String)>> {
     let guesses = motor.doubtful().into_iter().flat_map(|doubtful| doubtful.guesses);
     let mut all: Vec<_> = guesses.map(|guess| guess.meant).collect();

@@ -79,8 +79,8 @@ impl Single {
         self.scenario.case(self.trial)
     }
 
-    /// Returns what the trial draws, by name, as [`specimen`] does, and its failure modes. A failure mode that changes what the drive knows
-    /// of its motor is no part of the [`Case`].
+    /// Returns the draws of the trial by name, as [`specimen`] does, and its failure modes. A failure mode that changes the drive's
+    /// knowledge of the motor is not part of the [`Case`].
     pub fn in_words(&self) -> Vec<(String, String)> {
         let modes = self.scenario.faults.iter().map(|fault| {
             let [least, most] = fault.size;

@@ -6,11 +6,11 @@ use standstill_quantity::{magnitude, rounded};
 use super::{Look, Looks, Search, Side, forecast_trials};
 
 impl Search {
-    /// Estimates the number of trials that would make the interval of an edge at this value as narrow as requested. None if no forecast
-    /// number of trials would suffice.
+    /// Estimates the number of trials with which the interval of the edge at `value` becomes as narrow as the search asks. None if no
+    /// number of [`forecast_trials`] suffices.
     ///
-    /// Each result forecasts the confidence interval of its largest ratio after more trials. The edge's interval ends where these
-    /// forecasts, interpolated between the results, cross 1.
+    /// Each tried value forecasts, for more trials, the interval of the largest ratio of a measure to its limit. The interval of the edge
+    /// ends where these forecasts, interpolated between the tried values, cross 1.
     pub(super) fn needed<E>(
         &self,
         looks: &Looks<'_, '_, E>,

@@ -11,7 +11,7 @@ pub struct Reactions {
     pub starts: u64,
     /// Sum of their reaction times in s.
     pub sum: f64,
-    /// Longest reaction time in s; zero without a start.
+    /// Longest reaction time in s. Zero if no such start was counted.
     pub longest: f64,
 }
 

@@ -300,9 +300,9 @@ impl Bench<'_> {
         Ok(None)
     }
 
-    /// Tries the first settings of a method, at most [`TRIED`], on fresh starts. `looks` has the settings, each with its index, and
-    /// `failed` counts the failed confirmations. Returns the index and the results of the first confirmed settings. If none are confirmed,
-    /// returns the index and the refusal of the first settings that more starts may confirm, or else of the first settings.
+    /// Runs fresh starts of the first settings in `looks` (at most [`TRIED`]) until one is confirmed, and returns its index and results.
+    /// If none is, returns the index and the refusal of the first settings that more starts may still confirm, or else of the first
+    /// settings. `failed` counts the settings that were not confirmed.
     pub fn settled<'a>(
         &self,
         looks: impl Iterator<Item = (usize, &'a Look)>,

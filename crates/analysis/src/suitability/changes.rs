@@ -126,7 +126,7 @@ pub(super) fn changes(bench: &Bench<'_>, methods: &[MethodName], stalled: Option
 /// Lists the changes by which more current flows. `link`: voltage of the DC link in V. `range`: largest current in A that the sensors read.
 fn currents(bench: &Bench<'_>, stalled: Option<f64>, link: f64, range: f64) -> Vec<Change> {
     let mut changes = Vec::new();
-    // A link far below that of the data sheet is tried at the latter first.
+    // If the link's voltage is far below that of the data sheet, the data sheet's voltage is tried first.
     if let Some(voltage) = bench.motor.dc_link.filter(|voltage| stalled.is_some() && *voltage > 1.01 * link) {
         let words = format!("the data sheet's DC link of {voltage} V");
         changes.push(keyed(&words, "inverter.dc_link", format!("{voltage} V")));

@@ -22,8 +22,8 @@ pub(super) struct Starts {
     pub failures: BTreeMap<String, u64>,
     /// Number of starts that ended because the method noticed that the rotor turns or moves.
     pub turning: u64,
-    /// Two signed errors in degrees of each start with an axis: that of the angle, which a start without a pole does not have, and that of
-    /// the axis. If the method finds only a sector of angles, the error is measured from the border of the sector.
+    /// Errors in degrees, with sign, of each start with an axis: the error of the angle (none if the pole stayed open) and the error of
+    /// the axis. If the method names a sector, errors are measured from its border.
     misses: Vec<(Option<f64>, f64)>,
     /// Magnitudes in degrees of the axis errors at the instants for which the angles hold, of the starts that state them.
     at_instant: Vec<f64>,

@@ -9,11 +9,11 @@ use crate::limit::{Limits, Measure, Tally, rms};
 const SAMPLES: u64 = 400;
 
 /// Returns the difference of each measure between two settings, second minus first, with its 95 % interval. Effects of the common random
-/// numbers cancel. The interval of a share is computed from the trials in which the event happened with only one of the settings. It exists
-/// even if the event was never observed. The intervals of other measures come from a bootstrap over paired trials (B. Efron, "Bootstrap
-/// methods", 1979, doi:10.1214/aos/1176344552). A bootstrap does not cover what was not observed: see [`unseen`]. The difference is zero if
-/// `alike` is true, which states that the settings are equal. Other settings may differ in a trial that was not run, even if all observed
-/// trials are equal.
+/// numbers cancel. The interval of a share is computed from the trials in which the event happened with only one of the settings. It
+/// exists even if the event was never observed. The intervals of other measures come from a bootstrap over paired trials (B. Efron,
+/// "Bootstrap methods", 1979, doi:10.1214/aos/1176344552). A bootstrap knows nothing of events that no trial showed: see [`unseen`]. The
+/// difference is zero if `alike` is true, which states that the settings are equal. Different settings may differ in trials that were not
+/// run, even if all observed trials are equal.
 pub fn paired(
     taken: &Limits,
     [first, second]: [&Tally; 2],

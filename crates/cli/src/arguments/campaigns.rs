@@ -73,7 +73,7 @@ pub struct Results {
     /// Format of the trials' file; `npz`: a NumPy archive, `mat`: a MATLAB file
     #[arg(long, value_parser = choice::<Format>(), default_value = "csv")]
     pub format: Format,
-    /// Replace the results of another run in that folder; without it, they stay: the default folder gives way to one with a number, and a folder of --out is refused
+    /// Replace the results of another run in that folder. Without it they stay: the default folder gets a number, and a folder of --out is refused
     #[arg(long)]
     pub force: bool,
     /// Print the content of summary.json instead of text
@@ -121,8 +121,8 @@ pub struct Question {
     /// Go on with a question of this scenario that was interrupted; from the start if there is none
     #[arg(long)]
     pub resume: bool,
-    /// Replace what is in that folder: the answer to another question; without --resume also what an interrupted one has
-    /// computed
+    /// Replace the answer to another question in that folder; without --resume also the intermediate results of an interrupted
+    /// one
     #[arg(long)]
     pub force: bool,
     /// Print JSON; files are written only with --out

@@ -13,7 +13,7 @@ use super::values::{Force, OUT, amperes, choice, map_values, ohms, whole};
 #[cfg(feature = "program")]
 #[derive(Debug, Args)]
 pub struct Fmu {
-    /// A built-in motor's name, a data sheet's path or that of a scenario file (.toml), of which the detector stays behind
+    /// A built-in motor's name, a data sheet's path or that of a scenario file (.toml), whose detector is left out
     pub motor: String,
     #[command(flatten)]
     pub keys: Keys,

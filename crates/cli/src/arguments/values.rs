@@ -21,7 +21,7 @@ pub const OUT: &str = "standstill-out/SCENARIO-COMMAND";
 /// Whether existing results may be replaced.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Force {
-    /// Replace the results of another run in that folder; without it, they stay: the default folder gives way to one with a number, and a folder of --out is refused
+    /// Replace the results of another run in that folder. Without it they stay: the default folder gets a number, and a folder of --out is refused
     #[arg(long)]
     pub force: bool,
 }

@@ -33,8 +33,8 @@ impl Part {
         Self { source: source.to_owned(), rms, share, total }
     }
 
-    /// Returns four fifths of the whole rms error in degrees, rounded to two digits. None if as much may remain without this contribution:
-    /// then no value of its source has so small an error.
+    /// Returns four fifths of the total rms error in degrees, rounded to two digits, as a limit for `require`. None if the rms error
+    /// without this contribution may exceed it: no value of its source meets the limit then.
     fn fifth_less(&self, rms_deg: f64) -> Option<f64> {
         let limit = significant(0.8 * rms_deg, 2);
         self.rms.is_some_and(|[_, without]| limit > without.high).then_some(limit)
@@ -278,7 +278,7 @@ mod tests {
             let known = |value: f64| Estimate { value, low: value - 0.01, high: value + 0.01 };
             Part::new("sensors.gain_error", Some([known(0.9), known(without)]), known(0.4), None)
         };
-        // Of 1.669°, 1.310° are left without the gain errors: a limit of 1.3° cannot be met. Just above what is left it may not.
+        // Of 1.669°, 1.310° remain without the gain errors, so a limit of 1.3° cannot be met. Just above 1.310° it may not be met either.
         assert_eq!(part(1.310).fifth_less(1.669), None);
         assert_eq!(part(1.295).fifth_less(1.669), None);
         assert_eq!(part(1.1).fifth_less(1.669), Some(1.3));

@@ -49,7 +49,7 @@ fn limit(entry: &Entry) -> f64 {
 /// percentile, and a cross shows the Cramér–Rao limit of the method's samples. The figure has one panel, or one panel for each state of the
 /// rotor if there are more conditions than styles. If `open` is true, poles are not judged, and a start with an axis is correct.
 pub fn comparison(entries: &[Entry], subtitle: String, open: bool) -> Figure {
-    // A method of which no start found an axis, whatever the conditions, has nothing to draw.
+    // A method without an axis in any start has nothing to draw.
     let has_axis = |method: &str| {
         entries.iter().any(|entry| entry.method == method && entry.summary.rms_deg.value.is_finite())
     };

@@ -201,7 +201,7 @@ mod tests {
             1,
             "{bars:?}"
         );
-        // Start and best above one another: another measure would tell what the gain costs.
+        // The start and the best settings have the same second measure: another measure would show the cost of the gain.
         let said = |duration: f64| {
             let figure = drawn(judged([0.3, 0.2, 0.4], duration), judged([0.11, 0.10, 0.12], 0.027));
             figure.subtitle.expect("a subtitle").contains("start and best have the same duration: --against")

@@ -44,7 +44,7 @@ pub struct WindowSettings<T> {
 }
 
 choice! {
-    /// What makes windows long, as the key that says it.
+    /// Cause of long windows, with the key that sets it.
     pub enum Bind {
         /// Readings are believed no earlier after an edge.
         Settle = "sensors.settle",

@@ -81,7 +81,7 @@ fn bits(adc: Option<Adc>) -> toml::Value {
 }
 
 table! {
-    /// The sensors. Deviations are those between specimens, of which each trial draws one.
+    /// The sensors. Deviations are between specimens; each trial draws one specimen.
     pub struct SensorsTable = "sensors" of scenario {
         /// Place of the current sensors.
         arrangement: Named<Arrangement> {
@@ -263,7 +263,7 @@ table! {
             }),
             example: "\"1 MΩ\"",
         };
-        /// What the comparators watch: the current in the DC link, or the current of each phase.
+        /// Current that the comparators watch: that of the DC link, or that of each phase.
         comparators: Named<Comparators> {
             get: |scenario| Some(scenario.sensors.comparator.arrangement.name().into()), applies: watches, example: "\"common\"",
         };

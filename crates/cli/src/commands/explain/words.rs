@@ -114,9 +114,9 @@ fn turned(record: &Record, scenario: &Scenario<Method<f64>>) -> Option<String> {
     })
 }
 
-/// Returns the commands that are proposed after trials, each with its purpose. `named` is the command line that began the run. If the
-/// trials have no answer, a key is proposed only if each of them has one with this error at its mean: no value of the key meets a limit on
-/// such starts otherwise.
+/// Returns the commands that are proposed after trials, each with its purpose. `named` is the command line that began the run. After
+/// trials without an answer, a key is proposed only if each of these trials has an answer once this key's error is at its mean; otherwise
+/// no value of the key can meet a limit on such starts.
 pub fn next(all: &[Repeated], named: &Begun) -> Vec<(String, String)> {
     let Some(first) = all.first() else { return Vec::new() };
     let silent = || all.iter().map(|of| &of.explained).filter(|of| of.record.error_deg().is_none());

@@ -29,7 +29,7 @@ pub enum Standing {
     Met,
     NotMet,
     /// The demand may be met, but there are too few starts to show it.
-    Not,
+    NotShown,
 }
 
 impl Standing {
@@ -38,7 +38,7 @@ impl Standing {
         match () {
             () if value > allowed => Self::NotMet,
             () if high <= allowed => Self::Met,
-            () => Self::Not,
+            () => Self::NotShown,
         }
     }
 }
@@ -67,8 +67,11 @@ pub fn demands(s: &Summary, judged: Poles, rotor: Rotor, rated: Option<f64>) -> 
     let share = binomial_interval(without, s.trials);
     let shown = Standing::of(share.value, share.high, DEMANDS.without_angle);
     let what = if judged == Poles::Open { "an axis" } else { "an answer" };
-    let most =
-        if shown == Standing::Not { format!(", at most {}", percent(share.high)) } else { String::new() };
+    let most = if shown == Standing::NotShown {
+        format!(", at most {}", percent(share.high))
+    } else {
+        String::new()
+    };
     let value = counted(share.value, s.trials);
     all.push((shown, format!("{value} without {what}{most} ({} % allowed)", 100.0 * DEMANDS.without_angle)));
     if s.axes > 0 {

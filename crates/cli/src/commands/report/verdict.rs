@@ -91,7 +91,7 @@ impl Poles {
         if matches!(self, Self::Open) { "with an axis" } else { "answered rightly" }
     }
 
-    /// Appends to the text of a wrong-pole count the assumption on which the count depends.
+    /// Returns the text, followed by `(poles as assumed)` if the pole was judged by an assumption.
     pub fn qualified(self, text: String) -> String {
         if self == Self::Assumed { format!("{text} (poles as assumed)") } else { text }
     }
@@ -151,7 +151,7 @@ fn of_run(run: &FinishedRun, s: &Summary) -> (Tone, String, Vec<String>) {
         Tone::Bad
     } else if any(Standing::NotMet) || judged != Poles::Known {
         Tone::Warning
-    } else if any(Standing::Not) {
+    } else if any(Standing::NotShown) {
         Tone::Neutral
     } else {
         Tone::Good
@@ -163,9 +163,9 @@ fn of_run(run: &FinishedRun, s: &Summary) -> (Tone, String, Vec<String>) {
             all.iter().filter(|(shown, _)| *shown == wanted).map(|(_, text)| text.as_str()).collect();
         (!of.is_empty()).then(|| format!("{head}: {}", of.join(", ")))
     };
-    let parts = if any(Standing::NotMet) || any(Standing::Not) {
+    let parts = if any(Standing::NotMet) || any(Standing::NotShown) {
         let [missed, not] =
-            [listed("not met", Standing::NotMet), listed("not shown by so few starts", Standing::Not)];
+            [listed("not met", Standing::NotMet), listed("not shown by so few starts", Standing::NotShown)];
         [silence(s), missed, not, listed("met", Standing::Met), unjudged, Some(rms)]
     } else {
         [None, listed("demands met", Standing::Met), None, None, unjudged, Some(rms)]
@@ -195,7 +195,7 @@ fn of_run(run: &FinishedRun, s: &Summary) -> (Tone, String, Vec<String>) {
         let missed = all.iter().filter(|(shown, _)| *shown == Standing::NotMet).count();
         let is_current = missed == 1 && rated.is_some_and(|rated| s.peak_current_a > rated);
         details.push(why(run, are_wrong, silent > DEMANDS.without_angle, is_current));
-    } else if any(Standing::Not) && s.found > 0 {
+    } else if any(Standing::NotShown) && s.found > 0 {
         details.push(more(run));
     }
     (tone, sentence(parts), details)
