@@ -3,18 +3,15 @@
 #[cfg(test)]
 mod tests;
 
-use std::f64::consts::{PI, SQRT_2};
+use std::f64::consts::PI;
 
 use serde::Serialize;
-use standstill_quantity::unit::{
-    Ampere, Henry, NewtonMetrePerAmpere, Ohm, One, RevolutionsPerMinuteVolt,
-    VoltPerThousandRevolutionsPerMinute, Weber,
-};
+use standstill_quantity::unit::{Ampere, Henry, Ohm, One, Weber};
 use standstill_quantity::{Scale, Unit, short};
 use toml::{Table, Value};
 
 use super::super::MotorError;
-use super::given::{in_phase_values, instead_of, keys, ways};
+use super::given::{CURRENT, FLUX, Group, INDUCTANCES, RESISTANCE, in_phase_values, instead_of, keys, ways};
 use super::reader::Reader;
 
 /// A number of a motor, expressed in one of the ways that data sheets use, see
@@ -52,10 +49,10 @@ pub struct ConvertibleKey {
 /// All keys of numbers that can be converted.
 pub(in crate::datasheet) fn convertible_keys() -> Vec<ConvertibleKey> {
     let mut all = Vec::new();
-    of_resistance(1.0, &mut all);
+    Ways(&RESISTANCE, &mut all).add(1.0, 1.0, false);
     of_inductances([1.0; 2], &mut all);
     of_flux(1.0, Some(1.0), &mut all);
-    of_current(1.0, &mut all);
+    Ways(&CURRENT, &mut all).add(1.0, 1.0, false);
     let poles = "half the number of poles";
     let mut keys = vec![ConvertibleKey { key: "pole_pairs", quantity: "", way: 0, meaning: poles }];
     for (way, of) in ways().enumerate() {
@@ -74,95 +71,59 @@ fn text(value: f64, symbol: &str) -> String {
 }
 
 /// Collects ways of one quantity.
-struct Ways<'a>(&'static str, &'a mut Vec<EqualNumber>);
+struct Ways<'a>(&'static Group, &'a mut Vec<EqualNumber>);
 
 impl Ways<'_> {
-    fn key<U: Unit>(&mut self, key: &'static str, value: f64, meaning: &'static str) {
-        self.push(Some(key), value, U::SYMBOL, meaning);
-    }
-
-    fn other(&mut self, value: f64, symbol: &'static str, meaning: &'static str) {
-        self.push(None, value, symbol, meaning);
+    /// Appends the ways of one key for the value of a phase, those of numbers per turn of the shaft or the others.
+    fn add(&mut self, phase: f64, pole_pairs: f64, per_turn: bool) {
+        for way in self.0.ways.iter().filter(|way| way.per_turn == per_turn) {
+            self.push(Some(way.key[0]), (way.given)(phase, pole_pairs), way.unit, way.meaning);
+        }
     }
 
     fn push(&mut self, key: Option<&'static str>, value: f64, unit: &'static str, meaning: &'static str) {
-        self.1.push(EqualNumber { quantity: self.0, key, value, unit, text: text(value, unit), meaning });
+        let quantity = self.0.quantity;
+        self.1.push(EqualNumber { quantity, key, value, unit, text: text(value, unit), meaning });
     }
-}
-
-/// Appends all ways of giving the resistance `r` of a phase in Ω.
-fn of_resistance(r: f64, all: &mut Vec<EqualNumber>) {
-    let mut ways = Ways("resistance", all);
-    ways.key::<Ohm>("resistance", r, "of a phase, in star");
-    ways.key::<Ohm>("resistance_line_to_line", 2.0 * r, "between two terminals, in star and in delta");
-    ways.key::<Ohm>("vesc_R", r, "foc_motor_r of a VESC (firmware from 5.03)");
-    ways.key::<Ohm>("resistance_delta", 3.0 * r, "of a winding between two terminals, in delta");
 }
 
 /// Inductances of a phase along both axes in H.
 fn of_inductances([d, q]: [f64; 2], all: &mut Vec<EqualNumber>) {
-    let mut ways = Ways("inductance", all);
-    ways.key::<Henry>("L_d", d, "of a phase, along the magnet");
-    ways.key::<Henry>("L_q", q, "of a phase, across the magnet");
+    let mut ways = Ways(&INDUCTANCES, all);
+    let mut henry =
+        |key: Option<&'static str>, value: f64, meaning| ways.push(key, value, Henry::SYMBOL, meaning);
+    henry(Some("L_d"), d, "of a phase, along the magnet");
+    henry(Some("L_q"), q, "of a phase, across the magnet");
     if d == q {
-        ways.key::<Henry>("L_line_to_line", 2.0 * d, "between two terminals, alike along both axes");
-        ways.key::<Henry>("L_delta", 3.0 * d, "of a winding in delta, alike along both axes");
+        ways.add(d, 1.0, false);
     }
+    let mut henry =
+        |key: Option<&'static str>, value: f64, meaning| ways.push(key, value, Henry::SYMBOL, meaning);
     // Between two terminals nobody sees which axis the least belongs to: these keys take it for that of the magnet.
     if d <= q {
-        let [least, most] = [2.0 * d, 2.0 * q];
-        ways.key::<Henry>("L_line_to_line_min", least, "between two terminals, least while the shaft turns");
-        ways.key::<Henry>("L_line_to_line_max", most, "between two terminals, most while the shaft turns");
+        henry(Some("L_line_to_line_min"), 2.0 * d, "between two terminals, least while the shaft turns");
+        henry(Some("L_line_to_line_max"), 2.0 * q, "between two terminals, most while the shaft turns");
     } else {
-        ways.other(2.0 * q, Henry::SYMBOL, "between two terminals, least while the shaft turns (along q)");
-        ways.other(2.0 * d, Henry::SYMBOL, "between two terminals, most while the shaft turns (along d)");
+        henry(None, 2.0 * q, "between two terminals, least while the shaft turns (along q)");
+        henry(None, 2.0 * d, "between two terminals, most while the shaft turns (along d)");
     }
-    ways.key::<Henry>("vesc_L", 0.5 * (d + q), "foc_motor_l of a VESC; phase_inductance of an ODrive");
-    ways.key::<Henry>("vesc_ld_lq_diff", q - d, "foc_motor_ld_lq_diff of a VESC");
+    henry(Some("vesc_L"), 0.5 * (d + q), "foc_motor_l of a VESC; phase_inductance of an ODrive");
+    henry(Some("vesc_ld_lq_diff"), q - d, "foc_motor_ld_lq_diff of a VESC");
     if d != q {
-        ways.other(1.5 * (d + q), Henry::SYMBOL, "of a winding in delta, mean over the angle");
+        henry(None, 1.5 * (d + q), "of a winding in delta, mean over the angle");
     }
-    ways.other((q - d).abs() / (q + d), "", "saliency, |L_q − L_d| / (L_q + L_d)");
+    ways.push(None, (q - d).abs() / (q + d), "", "saliency, |L_q − L_d| / (L_q + L_d)");
 }
 
 /// Appends all ways of giving the peak flux linkage of a phase in Wb; those per turn of the shaft need the pole pairs.
 fn of_flux(flux: f64, pole_pairs: Option<f64>, all: &mut Vec<EqualNumber>) {
-    type Volts = VoltPerThousandRevolutionsPerMinute;
-    let mut ways = Ways("magnet's flux", all);
-    ways.key::<Weber>("magnet_flux", flux, "flux linkage of a phase, peak");
-    ways.key::<Weber>("vesc_lambda", flux, "foc_motor_flux_linkage of a VESC");
-    ways.other(2.0 * PI * flux, "V/Hz", "of a phase, peak, per electrical hertz (C2000: RATED_FLUX_VpHz)");
-    let Some(pole_pairs) = pole_pairs.filter(|_| flux > 0.0) else { return };
-    let root = 3.0_f64.sqrt();
-    let phase = flux * pole_pairs * 2.0 * PI * 1000.0 / 60.0;
-    ways.key::<RevolutionsPerMinuteVolt>(
-        "Kv",
-        1000.0 / (root * phase),
-        "speed for a peak of 1 V between two terminals",
-    );
-    ways.key::<Volts>("Ke_line_peak", root * phase, "between two terminals, peak (Motor Control Blockset)");
-    ways.key::<Volts>(
-        "Ke_line_rms",
-        root * phase / SQRT_2,
-        "between two terminals, rms (Motor Control Workbench)",
-    );
-    ways.key::<Volts>("Ke_phase_peak", phase, "of a phase, peak");
-    ways.key::<Volts>("Ke_phase_rms", phase / SQRT_2, "of a phase, rms");
-    let torque = 1.5 * pole_pairs * flux;
-    ways.key::<NewtonMetrePerAmpere>(
-        "Kt_peak",
-        torque,
-        "torque per ampere of a phase's peak (ODrive: 8.27 / Kv)",
-    );
-    ways.key::<NewtonMetrePerAmpere>("Kt_rms", SQRT_2 * torque, "torque per ampere rms of a phase");
-}
-
-/// Appends all ways of giving the peak current of a phase in A.
-fn of_current(peak: f64, all: &mut Vec<EqualNumber>) {
-    let mut ways = Ways("rated current", all);
-    ways.key::<Ampere>("rated_current", peak, "of a phase, peak");
-    ways.key::<Ampere>("rated_current_rms", peak / SQRT_2, "of a phase, rms");
-    ways.key::<Ampere>("rated_current_delta", peak / 3.0_f64.sqrt(), "of a winding in delta, peak");
+    let mut ways = Ways(&FLUX, all);
+    ways.add(flux, 1.0, false);
+    let meaning = "of a phase, peak, per electrical hertz (C2000: RATED_FLUX_VpHz)";
+    ways.push(None, 2.0 * PI * flux, "V/Hz", meaning);
+    if let Some(pole_pairs) = pole_pairs.filter(|_| flux > 0.0) {
+        ways.add(flux, pole_pairs, true);
+    }
 }
 
 /// Returns all ways of giving the numbers of this table, which has keys of a `[nameplate]`.
@@ -184,8 +145,8 @@ pub(in crate::datasheet) fn equal_numbers(given: &Table) -> Result<Vec<EqualNumb
         reader.problems.push(format!("no number to convert; known are {}", known.join(", ")));
     }
     let pairs = given.get("pole_pairs");
-    let turns = ["Kv", "Ke_line_peak", "Ke_line_rms", "Ke_phase_peak", "Ke_phase_rms", "Kt_peak", "Kt_rms"];
-    let needs_pairs = given.keys().find(|key| turns.contains(&key.as_str()));
+    let is_per_turn = |key: &&String| FLUX.ways.iter().any(|way| way.per_turn && way.key[0] == key.as_str());
+    let needs_pairs = given.keys().find(is_per_turn);
     let pole_pairs = match (pairs, needs_pairs) {
         (None, Some(key)) => {
             reader.problems.push(format!(
@@ -208,7 +169,7 @@ pub(in crate::datasheet) fn equal_numbers(given: &Table) -> Result<Vec<EqualNumb
     if has("resistance")
         && let Some(r) = reader.positive::<Ohm>("resistance", "positive, such as \"50 mΩ\"")
     {
-        of_resistance(r, &mut all);
+        Ways(&RESISTANCE, &mut all).add(r, 1.0, false);
     }
     if has("L_d") || has("L_q") {
         let [d, q] = ["L_d", "L_q"].map(|key| {
@@ -232,7 +193,7 @@ pub(in crate::datasheet) fn equal_numbers(given: &Table) -> Result<Vec<EqualNumb
     if has("rated_current")
         && let Some(peak) = reader.positive::<Ampere>("rated_current", "positive, such as \"10 A\"")
     {
-        of_current(peak, &mut all);
+        Ways(&CURRENT, &mut all).add(peak, 1.0, false);
     }
     if reader.problems.is_empty() {
         return Ok(all);

@@ -29,6 +29,7 @@ mod tests;
 
 use std::f64::consts::{PI, SQRT_2};
 
+use standstill_quantity::Unit;
 use standstill_quantity::unit::{
     Ampere, Henry, NewtonMetrePerAmpere, Ohm, RevolutionsPerMinuteVolt, VoltPerThousandRevolutionsPerMinute,
     Weber,
@@ -38,55 +39,160 @@ use toml::{Table, Value};
 use super::reader::Reader;
 use super::whole::sourced;
 
-/// A number that data sheets give in several ways: its name, the keys that it has in the end, and the ways, each with its keys.
-struct Group {
-    name: &'static str,
-    phase: &'static [&'static str],
-    ways: &'static [&'static [&'static str]],
+/// A way of giving a number by one key.
+pub(super) struct Way {
+    pub(super) key: [&'static str; 1],
+    pub(super) unit: &'static str,
+    /// Description of this way.
+    pub(super) meaning: &'static str,
+    /// True if the number is per turn of the shaft, so that the pole pairs p are needed.
+    pub(super) per_turn: bool,
+    /// Returns this way's number for the value of a phase and p, 1 unless needed.
+    pub(super) given: fn(f64, f64) -> f64,
+    /// Returns the value of a phase for this way's number and p.
+    phase: fn(f64, f64) -> f64,
+    read: fn(&mut Reader<'_>, &'static str, &str) -> Option<f64>,
+    /// The requirement, as messages name it, and the conversion as the source of a converted number.
+    words: [&'static str; 2],
 }
 
-static GROUPS: [Group; 4] = [
-    Group {
-        name: "the resistance",
-        phase: &["resistance"],
-        ways: &[&["resistance"], &["resistance_line_to_line"], &["resistance_delta"], &["vesc_R"]],
+/// A number that data sheets give in several ways.
+pub(super) struct Group {
+    name: &'static str,
+    /// Name of the quantity, the same for all ways.
+    pub(super) quantity: &'static str,
+    /// The keys of a phase.
+    pub(super) phase: &'static [&'static str],
+    /// Ways of two keys.
+    pairs: &'static [&'static [&'static str]],
+    pub(super) ways: &'static [Way],
+}
+
+/// Makes ways: key and unit, meaning, number from a phase's value, phase's value from the number, requirement, conversion.
+macro_rules! ways {
+    ($($key:literal $unit:ident $(per $turn:ident)?, $meaning:literal, $given:expr, $phase:expr, $needed:literal, $how:literal;)*) => {
+        &[$(Way {
+            key: [$key],
+            unit: <$unit as Unit>::SYMBOL,
+            meaning: $meaning,
+            per_turn: ways!(@ $($turn)?),
+            given: $given,
+            phase: $phase,
+            read: |reader, key, needed| reader.positive::<$unit>(key, needed),
+            words: [$needed, $how],
+        }),*]
+    };
+    (@ turn) => { true };
+    (@) => { false };
+}
+
+type Torque = NewtonMetrePerAmpere;
+type Volts = VoltPerThousandRevolutionsPerMinute;
+
+const fn same(value: f64, _: f64) -> f64 {
+    value
+}
+
+pub(super) static RESISTANCE: Group = Group {
+    name: "the resistance",
+    quantity: "resistance",
+    phase: &["resistance"],
+    pairs: &[],
+    ways: ways! {
+        "resistance" Ohm, "of a phase, in star", same, same, "", "";
+        "resistance_line_to_line" Ohm, "between two terminals, in star and in delta", |r, _| 2.0 * r, |r, _| 0.5 * r,
+            "the positive resistance between two terminals, such as \"0.1 Ω\"", "half of {} between two terminals";
+        "vesc_R" Ohm, "foc_motor_r of a VESC (firmware from 5.03)", same, same,
+            "the positive foc_motor_r of a VESC, such as \"18 mΩ\"", "foc_motor_r = {}";
+        "resistance_delta" Ohm, "of a winding between two terminals, in delta", |r, _| 3.0 * r, |r, _| r / 3.0,
+            "the positive resistance of a winding in delta, such as \"0.15 Ω\"", "a third of {} in delta";
     },
-    Group {
-        name: "the inductances",
-        phase: &["L_d", "L_q"],
-        ways: &[
-            &["L_d", "L_q"],
-            &["L_line_to_line"],
-            &["L_line_to_line_min", "L_line_to_line_max"],
-            &["L_delta"],
-            &["vesc_L", "vesc_ld_lq_diff"],
-        ],
+};
+
+/// The ways of one key give inductances that are alike along both axes.
+pub(super) static INDUCTANCES: Group = Group {
+    name: "the inductances",
+    quantity: "inductance",
+    phase: &["L_d", "L_q"],
+    pairs: &[&["L_d", "L_q"], &["L_line_to_line_min", "L_line_to_line_max"], &["vesc_L", "vesc_ld_lq_diff"]],
+    ways: ways! {
+        "L_line_to_line" Henry, "between two terminals, alike along both axes", |l, _| 2.0 * l, |l, _| 0.5 * l,
+            "the positive inductance between two terminals, such as \"40 µH\"", "half of {} between two terminals, alike along both axes";
+        "L_delta" Henry, "of a winding in delta, alike along both axes", |l, _| 3.0 * l, |l, _| l / 3.0,
+            "the positive inductance of a winding in delta, such as \"60 µH\"", "a third of {} in delta, alike along both axes";
     },
-    Group {
-        name: "the magnet's flux",
-        phase: &["magnet_flux"],
-        ways: &[
-            &["magnet_flux"],
-            &["Kv"],
-            &["Ke_line_peak"],
-            &["Ke_line_rms"],
-            &["Ke_phase_peak"],
-            &["Ke_phase_rms"],
-            &["Kt_peak"],
-            &["Kt_rms"],
-            &["vesc_lambda"],
-        ],
+};
+
+pub(super) static FLUX: Group = Group {
+    name: "the magnet's flux",
+    quantity: "magnet's flux",
+    phase: &["magnet_flux"],
+    pairs: &[],
+    ways: ways! {
+        "magnet_flux" Weber, "flux linkage of a phase, peak", same, same, "", "";
+        "vesc_lambda" Weber, "foc_motor_flux_linkage of a VESC", same, same,
+            "the positive foc_motor_flux_linkage of a VESC, such as \"3.4 mWb\"", "foc_motor_flux_linkage = {}";
+        "Kv" RevolutionsPerMinuteVolt per turn, "speed for a peak of 1 V between two terminals",
+            |flux, p| 1000.0 / (root(3.0) * voltage(flux, p)), |kv, p| 60.0 / (2.0 * PI * root(3.0) * p * kv),
+            "positive, such as \"900 rpm/V\"", "Kv = {}, 60 / (2π √3 p Kv)";
+        "Ke_line_peak" Volts per turn, "between two terminals, peak (Motor Control Blockset)",
+            |flux, p| root(3.0) * voltage(flux, p), |ke, p| of_voltage(ke / root(3.0), p),
+            "positive, such as \"4.6 V/krpm\"", "Ke = {} between two terminals, peak";
+        "Ke_line_rms" Volts per turn, "between two terminals, rms (Motor Control Workbench)",
+            |flux, p| root(3.0) * voltage(flux, p) / SQRT_2, |ke, p| of_voltage(ke * SQRT_2 / root(3.0), p),
+            "positive, such as \"4.6 V/krpm\"", "Ke = {} between two terminals, rms";
+        "Ke_phase_peak" Volts per turn, "of a phase, peak", voltage, of_voltage,
+            "positive, such as \"4.6 V/krpm\"", "Ke = {} of a phase, peak";
+        "Ke_phase_rms" Volts per turn, "of a phase, rms", |flux, p| voltage(flux, p) / SQRT_2, |ke, p| of_voltage(ke * SQRT_2, p),
+            "positive, such as \"4.6 V/krpm\"", "Ke = {} of a phase, rms";
+        "Kt_peak" Torque per turn, "torque per ampere of a phase's peak (ODrive: 8.27 / Kv)",
+            |flux, p| 1.5 * p * flux, |kt, p| kt / (1.5 * p),
+            "positive, such as \"12 mN m/A\"", "Kt = {} of a phase's peak, 2 Kt / (3 p)";
+        "Kt_rms" Torque per turn, "torque per ampere rms of a phase", |flux, p| SQRT_2 * (1.5 * p * flux), |kt, p| kt / SQRT_2 / (1.5 * p),
+            "positive, such as \"12 mN m/A\"", "Kt = {} of a phase's rms, √2 Kt / (3 p)";
     },
-    Group {
-        name: "the rated current",
-        phase: &["rated_current"],
-        ways: &[&["rated_current"], &["rated_current_rms"], &["rated_current_delta"]],
+};
+
+pub(super) static CURRENT: Group = Group {
+    name: "the rated current",
+    quantity: "rated current",
+    phase: &["rated_current"],
+    pairs: &[],
+    ways: ways! {
+        "rated_current" Ampere, "of a phase, peak", same, same, "", "";
+        "rated_current_rms" Ampere, "of a phase, rms", |peak, _| peak / SQRT_2, |i, _| SQRT_2 * i,
+            "the positive rms current of a phase, such as \"10 A\"", "√2 times {} rms";
+        "rated_current_delta" Ampere, "of a winding in delta, peak", |peak, _| peak / root(3.0), |i, _| root(3.0) * i,
+            "the positive peak current of a winding in delta, such as \"10 A\"", "√3 times {} in delta";
     },
-];
+};
+
+pub(super) static GROUPS: [&Group; 4] = [&RESISTANCE, &INDUCTANCES, &FLUX, &CURRENT];
+
+fn root(of: f64) -> f64 {
+    of.sqrt()
+}
+
+/// Returns the peak voltage of a phase at 1,000 rpm for ψ in Wb.
+fn voltage(flux: f64, pole_pairs: f64) -> f64 {
+    flux * pole_pairs * 2.0 * PI * 1000.0 / 60.0
+}
+
+/// Returns ψ in Wb for the peak voltage of a phase at 1,000 rpm.
+fn of_voltage(phase_peak: f64, pole_pairs: f64) -> f64 {
+    phase_peak / (pole_pairs * 2.0 * PI * 1000.0 / 60.0)
+}
+
+impl Group {
+    /// All ways of giving the number, each with its keys.
+    fn keys(&self) -> impl Iterator<Item = &'static [&'static str]> + use<> {
+        self.pairs.iter().copied().chain(self.ways.iter().map(|way| &way.key[..]))
+    }
+}
 
 /// All ways of giving a number, each with its keys.
 pub(super) fn ways() -> impl Iterator<Item = &'static [&'static str]> {
-    GROUPS.iter().flat_map(|group| group.ways.iter().copied())
+    GROUPS.iter().flat_map(|group| group.keys())
 }
 
 /// Returns all keys that give a number in one of several ways.
@@ -100,7 +206,7 @@ pub(in crate::datasheet) fn stands_for(key: &str, sheet: &Table) -> Option<&'sta
     let plate = sheet.get("nameplate").and_then(Value::as_table)?;
     let key = key.strip_prefix("nameplate.")?;
     let group = GROUPS.iter().find(|of| of.phase.contains(&key))?;
-    group.ways[1..].iter().copied().flatten().copied().find(|key| plate.contains_key(*key))
+    group.keys().flatten().copied().find(|key| !group.phase.contains(key) && plate.contains_key(*key))
 }
 
 /// Returns the unambiguous keys that replace an ambiguous one.
@@ -122,21 +228,6 @@ pub(super) fn instead_of(key: &str) -> Option<&'static str> {
         "lambda" | "psi" | "flux" => "a flux linkage is magnet_flux, the peak of a phase",
         _ => return None,
     })
-}
-
-/// Returns ψ in Wb for a speed constant in rpm/V and a number of pole pairs.
-fn of_speed_constant(kv: f64, pole_pairs: f64) -> f64 {
-    60.0 / (2.0 * PI * 3.0_f64.sqrt() * pole_pairs * kv)
-}
-
-/// Returns ψ in Wb for the peak voltage of a phase at 1,000 rpm.
-fn of_voltage_constant(phase_peak: f64, pole_pairs: f64) -> f64 {
-    phase_peak / (pole_pairs * 2.0 * PI * 1000.0 / 60.0)
-}
-
-/// Returns ψ in Wb for a torque in N m per ampere of a phase's peak.
-fn of_torque_constant(per_peak: f64, pole_pairs: f64) -> f64 {
-    per_peak / (1.5 * pole_pairs)
 }
 
 /// Rounds the value of a converted number to six digits; the given number has fewer.
@@ -167,9 +258,9 @@ pub(super) fn in_phase_values(reader: &mut Reader, is_rounded: bool) -> Table {
     for key in keys().filter(|key| !GROUPS.iter().any(|group| group.phase.contains(key))) {
         table.remove(key);
     }
-    for group in &GROUPS {
-        let is_given = |way: &&&[&str]| way.iter().any(|key| given.contains_key(*key));
-        let ways: Vec<&&[&str]> = group.ways.iter().filter(is_given).collect();
+    for group in GROUPS {
+        let is_given = |way: &&[&str]| way.iter().any(|key| given.contains_key(*key));
+        let ways: Vec<&[&str]> = group.keys().filter(is_given).collect();
         if let [first, .., last] = ways[..] {
             let keys: Vec<&str> = [first, last]
                 .iter()
@@ -183,7 +274,7 @@ pub(super) fn in_phase_values(reader: &mut Reader, is_rounded: bool) -> Table {
         let Some(way) = ways.first().filter(|way| way[0] != group.phase[0] || ways.len() > 1) else {
             continue;
         };
-        let values = convert(reader, way);
+        let values = convert(reader, group, way);
         for (at, key) in group.phase.iter().enumerate() {
             let value = values.as_ref().and_then(|values| values.get(at).or(values.first())).cloned();
             let value = if is_rounded { value.map(in_six_digits) } else { value };
@@ -196,42 +287,10 @@ pub(super) fn in_phase_values(reader: &mut Reader, is_rounded: bool) -> Table {
 }
 
 /// Returns the values of a phase that the keys of one way come to; none if one is wrong, or is a phase's already.
-fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
+fn convert(reader: &mut Reader, group: &Group, way: &[&'static str]) -> Option<Vec<Value>> {
     let given = reader.table;
     let from = |key: &str| given.get(key).cloned().unwrap_or(Value::Float(0.0));
-    let key = way[0];
-    match key {
-        "resistance_line_to_line" => {
-            let r = reader
-                .positive::<Ohm>(key, "the positive resistance between two terminals, such as \"0.1 Ω\"")?;
-            Some(vec![converted(0.5 * r, &from(key), "half of {} between two terminals")])
-        }
-        "resistance_delta" => {
-            let needed = "the positive resistance of a winding in delta, such as \"0.15 Ω\"";
-            Some(vec![converted(
-                reader.positive::<Ohm>(key, needed)? / 3.0,
-                &from(key),
-                "a third of {} in delta",
-            )])
-        }
-        "vesc_R" => {
-            let r = reader.positive::<Ohm>(key, "the positive foc_motor_r of a VESC, such as \"18 mΩ\"")?;
-            Some(vec![converted(r, &from(key), "foc_motor_r = {}")])
-        }
-        "L_line_to_line" => {
-            let l = reader
-                .positive::<Henry>(key, "the positive inductance between two terminals, such as \"40 µH\"")?;
-            Some(vec![converted(
-                0.5 * l,
-                &from(key),
-                "half of {} between two terminals, alike along both axes",
-            )])
-        }
-        "L_delta" => {
-            let needed = "the positive inductance of a winding in delta, such as \"60 µH\"";
-            let l = reader.positive::<Henry>(key, needed)?;
-            Some(vec![converted(l / 3.0, &from(key), "a third of {} in delta, alike along both axes")])
-        }
+    match way[0] {
         "L_line_to_line_min" => {
             let [least, most] = ["L_line_to_line_min", "L_line_to_line_max"].map(|key| {
                 reader.positive::<Henry>(key, "the positive inductance between two terminals where it is least (min) or most (max), such as \"40 µH\"")
@@ -247,7 +306,7 @@ fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
             };
             Some(vec![half(least, "L_line_to_line_min"), half(most, "L_line_to_line_max")])
         }
-        "vesc_L" => {
+        key @ "vesc_L" => {
             let l = reader.positive::<Henry>(key, "the positive foc_motor_l of a VESC, such as \"14 µH\"")?;
             let apart = "vesc_ld_lq_diff";
             let difference = match given.get(apart) {
@@ -260,70 +319,19 @@ fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
             let how = "foc_motor_l = {}, half of foc_motor_ld_lq_diff less along d and more along q";
             Some([-0.5, 0.5].map(|half| converted(l + half * difference, &from(key), how)).into())
         }
-        "rated_current_rms" => {
-            let i =
-                reader.positive::<Ampere>(key, "the positive rms current of a phase, such as \"10 A\"")?;
-            Some(vec![converted(SQRT_2 * i, &from(key), "√2 times {} rms")])
+        key => {
+            let way = group.ways.iter().find(|way| way.key[0] == key && !group.phase.contains(&key))?;
+            let [needed, how] = way.words;
+            let value = (way.read)(reader, key, needed)?;
+            let pole_pairs = if way.per_turn { pole_pairs(given)? } else { 1.0 };
+            Some(vec![converted((way.phase)(value, pole_pairs), &from(key), how)])
         }
-        "rated_current_delta" => {
-            let needed = "the positive peak current of a winding in delta, such as \"10 A\"";
-            let i = reader.positive::<Ampere>(key, needed)?;
-            Some(vec![converted(3.0_f64.sqrt() * i, &from(key), "√3 times {} in delta")])
-        }
-        _ => flux(reader, key),
     }
 }
 
-/// Returns the peak flux linkage of a phase that a speed, voltage or torque constant or a VESC's number comes to; none if it is wrong, or another key.
-fn flux(reader: &mut Reader, key: &'static str) -> Option<Vec<Value>> {
-    let given = reader.table;
-    let pole_pairs = || {
-        let value = given.get("pole_pairs")?;
-        let value = value.get("value").unwrap_or(value);
-        value.as_float().or_else(|| value.as_integer().map(|n| n as f64)).filter(|p| *p >= 1.0)
-    };
-    let volts = |reader: &mut Reader| {
-        reader.positive::<VoltPerThousandRevolutionsPerMinute>(key, "positive, such as \"4.6 V/krpm\"")
-    };
-    let torque =
-        |reader: &mut Reader| reader.positive::<NewtonMetrePerAmpere>(key, "positive, such as \"12 mN m/A\"");
-    let flux = |value: f64, how: &str| {
-        Some(vec![converted(value, &given.get(key).cloned().unwrap_or(Value::Float(0.0)), how)])
-    };
-    match key {
-        "Kv" => {
-            let kv = reader.positive::<RevolutionsPerMinuteVolt>(key, "positive, such as \"900 rpm/V\"")?;
-            flux(of_speed_constant(kv, pole_pairs()?), "Kv = {}, 60 / (2π √3 p Kv)")
-        }
-        "Ke_line_peak" => flux(
-            of_voltage_constant(volts(reader)? / 3.0_f64.sqrt(), pole_pairs()?),
-            "Ke = {} between two terminals, peak",
-        ),
-        "Ke_line_rms" => flux(
-            of_voltage_constant(volts(reader)? * SQRT_2 / 3.0_f64.sqrt(), pole_pairs()?),
-            "Ke = {} between two terminals, rms",
-        ),
-        "Ke_phase_peak" => {
-            flux(of_voltage_constant(volts(reader)?, pole_pairs()?), "Ke = {} of a phase, peak")
-        }
-        "Ke_phase_rms" => {
-            flux(of_voltage_constant(volts(reader)? * SQRT_2, pole_pairs()?), "Ke = {} of a phase, rms")
-        }
-        "Kt_peak" => flux(
-            of_torque_constant(torque(reader)?, pole_pairs()?),
-            "Kt = {} of a phase's peak, 2 Kt / (3 p)",
-        ),
-        "Kt_rms" => flux(
-            of_torque_constant(torque(reader)? / SQRT_2, pole_pairs()?),
-            "Kt = {} of a phase's rms, √2 Kt / (3 p)",
-        ),
-        "vesc_lambda" => {
-            let flux_linkage = reader.positive::<Weber>(
-                key,
-                "the positive foc_motor_flux_linkage of a VESC, such as \"3.4 mWb\"",
-            )?;
-            flux(flux_linkage, "foc_motor_flux_linkage = {}")
-        }
-        _ => None,
-    }
+/// Returns the number of pole pairs; none if it is no number of at least one.
+fn pole_pairs(given: &Table) -> Option<f64> {
+    let value = given.get("pole_pairs")?;
+    let value = value.get("value").unwrap_or(value);
+    value.as_float().or_else(|| value.as_integer().map(|n| n as f64)).filter(|p| *p >= 1.0)
 }

@@ -1,5 +1,7 @@
 //! Each way of giving a number comes to the others, and back.
 
+use std::f64::consts::SQRT_2;
+
 use super::*;
 
 fn of(given: &[(&str, &str)]) -> Result<Vec<EqualNumber>, String> {

@@ -11,8 +11,7 @@ fn sheet(lines: &str) -> Result<Motor, String> {
         "magnet_flux = 6.4e-3",
         "rated_current = 7.1",
     ];
-    let group =
-        |key: &str| super::GROUPS.iter().position(|group| group.ways.iter().any(|way| way.contains(&key)));
+    let group = |key: &str| super::GROUPS.iter().position(|group| group.keys().any(|way| way.contains(&key)));
     let stated: Vec<_> = lines.lines().map(|line| group(line.split(' ').next().expect("a key"))).collect();
     let rest: Vec<&str> = phase
         .into_iter()
