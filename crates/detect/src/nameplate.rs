@@ -1,5 +1,18 @@
 //! Nameplate data of motor and drive, from which each method's settings follow.
 
+/// Converts a struct to another precision: its numbers, its other values, its pairs and options of numbers, and its parts.
+macro_rules! cast {
+    ($from:ident as $to:ident { $($number:ident),*; $($same:ident),*; $($each:ident),*; $($part:ident),* }) => {{
+        let cast = |value: T| U::of(value.to_double());
+        $to {
+            $($number: cast($from.$number),)*
+            $($same: $from.$same,)*
+            $($each: $from.$each.map(cast),)*
+            $($part: $from.$part.cast(),)*
+        }
+    }};
+}
+
 mod sensors;
 
 use standstill_interface::{Nanos, Real};
@@ -138,29 +151,13 @@ impl<T: Real> Nameplate<T> {
     /// assert_eq!(single.rated_current, 8.5);
     /// ```
     pub fn cast<U: Real>(&self) -> Nameplate<U> {
-        let cast = |value: T| U::of(value.to_double());
-        Nameplate {
-            rated_current: cast(self.rated_current),
-            resistance: cast(self.resistance),
-            d_axis_inductance: cast(self.d_axis_inductance),
-            q_axis_inductance: cast(self.q_axis_inductance),
-            magnet_flux: cast(self.magnet_flux),
-            signature: self.signature,
-            pulse_signature: self.pulse_signature,
-            polarity_difference: cast(self.polarity_difference),
-            cross_saturation: cast(self.cross_saturation),
-            rated_pulse: self.rated_pulse,
-            gain_tolerance: cast(self.gain_tolerance),
-            sensing: self.sensing.cast(),
-            dividers: self.dividers.cast(),
-            dc_link: cast(self.dc_link),
-            dead_time: self.dead_time,
-            delay_mismatch: cast(self.delay_mismatch),
-            carrier_period: self.carrier_period,
-            switch_drop: self.switch_drop.map(cast),
-            diode_drop: self.diode_drop.map(cast),
-            reverse_drop: self.reverse_drop.map(cast),
-        }
+        cast!(self as Nameplate {
+            rated_current, resistance, d_axis_inductance, q_axis_inductance, magnet_flux, polarity_difference, cross_saturation,
+            gain_tolerance, dc_link, delay_mismatch;
+            signature, pulse_signature, rated_pulse, dead_time, carrier_period;
+            switch_drop, diode_drop, reverse_drop;
+            sensing, dividers
+        })
     }
 
     /// Checks all values.

@@ -32,18 +32,7 @@ pub struct Comparing<T> {
 impl<T: Real> Comparing<T> {
     /// Converts to another precision.
     pub(super) fn cast<U: Real>(&self) -> Comparing<U> {
-        let cast = |value: T| U::of(value.to_double());
-        Comparing {
-            tick: cast(self.tick),
-            delay: cast(self.delay),
-            own: self.own,
-            offset: cast(self.offset),
-            delay_spread: cast(self.delay_spread),
-            noise: cast(self.noise),
-            blanking: cast(self.blanking),
-            highest: cast(self.highest),
-            clock_error: cast(self.clock_error),
-        }
+        cast!(self as Comparing { tick, delay, offset, delay_spread, noise, blanking, highest, clock_error; own;; })
     }
 
     pub(super) fn check(&self) -> Result<(), SettingsError> {
@@ -80,8 +69,9 @@ impl Place {
     }
 }
 
-/// Properties of the current sensors and their converter, according to their data sheets.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Properties of the current sensors and their converter, according to their data sheets. By default sensors in the phases without
+/// filters, all converted at once, without pick-up.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sensing<T> {
     /// Nominal corner frequency in Hz of the current sensors' first-order filters: they lag by 1/(2π f). None: no filter.
     pub bandwidth: Option<T>,
@@ -107,8 +97,9 @@ pub struct Sensing<T> {
     pub comparator: Comparing<T>,
 }
 
-/// The dividers through which a drive reads its terminals' voltages, as their data sheets state them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The dividers through which a drive reads its terminals' voltages, as their data sheets state them. By default without errors and
+/// filters.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dividers<T> {
     /// Standard deviation of the dividers' gains, relative. Zero: equal.
     pub gain_tolerance: T,
@@ -121,12 +112,7 @@ pub struct Dividers<T> {
 impl<T: Real> Dividers<T> {
     /// Converts to another precision.
     pub(super) fn cast<U: Real>(&self) -> Dividers<U> {
-        let cast = |value: T| U::of(value.to_double());
-        Dividers {
-            gain_tolerance: cast(self.gain_tolerance),
-            offset: cast(self.offset),
-            bandwidth: self.bandwidth.map(cast),
-        }
+        cast!(self as Dividers { gain_tolerance, offset;; bandwidth; })
     }
 
     pub(super) fn check(&self) -> Result<(), SettingsError> {
@@ -140,45 +126,10 @@ impl<T: Real> Dividers<T> {
     }
 }
 
-impl<T: Real> Default for Dividers<T> {
-    /// Dividers without errors and filters.
-    fn default() -> Self {
-        Self { gain_tolerance: T::zero(), offset: T::zero(), bandwidth: None }
-    }
-}
-
-impl<T: Real> Default for Sensing<T> {
-    /// Sensors in the phases without filters, all converted at once, without pick-up.
-    fn default() -> Self {
-        Self {
-            bandwidth: None,
-            bandwidth_mismatch: T::zero(),
-            skew: Nanos::ZERO,
-            averaged: Nanos::ZERO,
-            pick_up: [T::zero(); 2],
-            place: Place::InLine,
-            settle: Nanos::ZERO,
-            link_noise: T::zero(),
-            comparator: Comparing::default(),
-        }
-    }
-}
-
 impl<T: Real> Sensing<T> {
     /// Converts to another precision.
     pub(super) fn cast<U: Real>(&self) -> Sensing<U> {
-        let cast = |value: T| U::of(value.to_double());
-        Sensing {
-            bandwidth: self.bandwidth.map(cast),
-            bandwidth_mismatch: cast(self.bandwidth_mismatch),
-            skew: self.skew,
-            averaged: self.averaged,
-            pick_up: self.pick_up.map(cast),
-            place: self.place,
-            settle: self.settle,
-            link_noise: cast(self.link_noise),
-            comparator: self.comparator.cast(),
-        }
+        cast!(self as Sensing { bandwidth_mismatch, link_noise; skew, averaged, place, settle; bandwidth, pick_up; comparator })
     }
 
     /// Returns the time constant τ in s by which the sensors lag; zero without filter.
