@@ -32,8 +32,7 @@ impl Fit {
     /// current: 0 for +d, 1 for −d, 2 for q.
     pub fn extrapolated(&self) -> Vec<usize> {
         let is_beyond = |name: &str| {
-            let estimate = self.parameters.iter().find(|estimate| estimate.name == name);
-            estimate.is_some_and(|estimate| {
+            self.estimate(name).is_some_and(|estimate| {
                 !estimate.identified || estimate.at.is_some_and(|at| at < self.current)
             })
         };

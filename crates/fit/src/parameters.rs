@@ -171,19 +171,32 @@ impl Parameter {
 
     /// Returns true if the parameter's least value is zero.
     pub fn is_never_negative(self) -> bool {
-        matches!(
-            self,
-            Resistance
-                | DeadTime
-                | DiodeDrop
-                | SwitchDrop
-                | DiodeResistance
-                | SwitchResistance
-                | Lag
-                | EddyDepthAlong
-                | EddyDepthAcross
-                | EddyTime
-        )
+        self.known().2
+    }
+
+    /// Returns the name (of a channel's parameter without the channel), the unit, and whether the least value is zero.
+    const fn known(self) -> (&'static str, &'static str, bool) {
+        match self {
+            DAxisInductance => ("L_d", "H", false),
+            QAxisInductance => ("L_q", "H", false),
+            Angle => ("angle", "deg", false),
+            Offset(_) => ("offset_", "A", false),
+            Gain(_) => ("gain_", "", false),
+            Resistance => ("resistance", "ohm", true),
+            Delay => ("delay", "s", false),
+            DeadTime => ("dead_time", "s", true),
+            SaturationAlong => ("saturation.d", "", false),
+            SaturationAgainst => ("saturation.minus_d", "", false),
+            SaturationAcross => ("saturation.q", "", false),
+            DiodeDrop => ("diode_drop", "V", true),
+            SwitchDrop => ("switch_drop", "V", true),
+            DiodeResistance => ("diode_resistance", "ohm", true),
+            SwitchResistance => ("switch_resistance", "ohm", true),
+            Lag => ("probe_lag", "s", true),
+            EddyDepthAlong => ("eddy.d_depth", "", true),
+            EddyDepthAcross => ("eddy.q_depth", "", true),
+            EddyTime => ("eddy.time_constant", "s", true),
+        }
     }
 
     /// Returns the parameter's value.
@@ -269,45 +282,13 @@ pub fn channel(k: usize) -> &'static str {
 impl Parameter {
     /// Returns the parameter's name, which is that of its key in a data sheet if it has one.
     pub fn name(self) -> String {
-        match self {
-            Self::DAxisInductance => "L_d".to_owned(),
-            Self::QAxisInductance => "L_q".to_owned(),
-            Self::Angle => "angle".to_owned(),
-            Self::Offset(k) => format!("offset_{}", channel(k)),
-            Self::Gain(k) => format!("gain_{}", channel(k)),
-            Self::Resistance => "resistance".to_owned(),
-            Self::Delay => "delay".to_owned(),
-            Self::DeadTime => "dead_time".to_owned(),
-            Self::SaturationAlong => "saturation.d".to_owned(),
-            Self::SaturationAgainst => "saturation.minus_d".to_owned(),
-            Self::SaturationAcross => "saturation.q".to_owned(),
-            Self::DiodeDrop => "diode_drop".to_owned(),
-            Self::SwitchDrop => "switch_drop".to_owned(),
-            Self::DiodeResistance => "diode_resistance".to_owned(),
-            Self::SwitchResistance => "switch_resistance".to_owned(),
-            Self::Lag => "probe_lag".to_owned(),
-            Self::EddyDepthAlong => "eddy.d_depth".to_owned(),
-            Self::EddyDepthAcross => "eddy.q_depth".to_owned(),
-            Self::EddyTime => "eddy.time_constant".to_owned(),
-        }
+        let of = if let Self::Offset(k) | Self::Gain(k) = self { channel(k) } else { "" };
+        self.known().0.to_owned() + of
     }
 
     /// Returns the unit, and the factor from it to the fit's unit.
     pub fn unit(self) -> (&'static str, f64) {
-        match self {
-            Self::DAxisInductance | Self::QAxisInductance => ("H", 1.0),
-            Self::Angle => ("deg", PI / 180.0),
-            Self::Offset(_) => ("A", 1.0),
-            Self::Gain(_)
-            | Self::SaturationAlong
-            | Self::SaturationAgainst
-            | Self::SaturationAcross
-            | Self::EddyDepthAlong
-            | Self::EddyDepthAcross => ("", 1.0),
-            Self::Resistance | Self::DiodeResistance | Self::SwitchResistance => ("ohm", 1.0),
-            Self::Delay | Self::DeadTime | Self::Lag | Self::EddyTime => ("s", 1.0),
-            Self::DiodeDrop | Self::SwitchDrop => ("V", 1.0),
-        }
+        (self.known().1, if self == Self::Angle { PI / 180.0 } else { 1.0 })
     }
 
     /// Returns the index among the three falls; none for other parameters.

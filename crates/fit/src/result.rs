@@ -118,6 +118,16 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// Returns the estimate of the parameter of this name; none if it was neither estimated nor fixed.
+    pub fn estimate(&self, name: &str) -> Option<&Estimate> {
+        self.parameters.iter().find(|estimate| estimate.name == name)
+    }
+
+    /// Returns the estimate of the parameter of this name; none if it was not identified.
+    pub fn identified(&self, name: &str) -> Option<&Estimate> {
+        self.estimate(name).filter(|estimate| estimate.identified)
+    }
+
     /// Returns true if the simulation describes the currents: neighbouring residuals do not follow each other, and the residuals are not
     /// far above what the channels scatter at rest. Residuals at a few edges are large without following each other.
     pub fn describes(&self) -> bool {

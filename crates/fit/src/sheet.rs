@@ -30,8 +30,7 @@ type Written = fn(f64, &str) -> String;
 impl Fit {
     /// Returns the estimate of a parameter as a data sheet's entry; none if it is not identified.
     fn measured(&self, name: &str, symbol: &str, write: Written) -> Option<String> {
-        let estimate =
-            self.parameters.iter().find(|estimate| estimate.name == name && estimate.identified)?;
+        let estimate = self.identified(name)?;
         let [low, high] = estimate.interval?;
         Some(format!(
             "{{ value = \"{}\", source = \"measured\", reason = \"95 % interval {} to {}\" }}",
@@ -103,9 +102,7 @@ impl Fit {
                 let share = |value: f64, _: &str| percent(value);
                 // What noise makes negative is none.
                 let fall = if key == "q" { fall.max(0.0) } else { fall };
-                let estimate = self.parameters.iter().find(|estimate| estimate.name == name);
-                let reached =
-                    estimate.filter(|estimate| estimate.identified).and_then(|estimate| estimate.at);
+                let reached = self.identified(name).and_then(|estimate| estimate.at);
                 let beyond = reached.filter(|at| *at < self.current).map(|at| {
                     let reason = format!(
                         "extrapolated: the pulses reached {} along this axis",

@@ -228,11 +228,10 @@ fn ringing(fit: &Fit) -> String {
 
 /// Returns the sentence on the part of L_d and L_q that an infinitely short pulse meets; none if the readings show no eddy currents.
 fn eddies(fit: &Fit) -> Option<String> {
-    let of = |name: &str| fit.parameters.iter().find(|estimate| estimate.name == name && estimate.identified);
-    let time = of("eddy.time_constant")?;
+    let time = fit.identified("eddy.time_constant")?;
     let met = [("L_d", "eddy.d_depth"), ("L_q", "eddy.q_depth")];
     let met = met.iter().filter_map(|(name, depth)| {
-        Some(format!("{} % of {name}", number(2, 100.0 * (1.0 - of(depth)?.value))))
+        Some(format!("{} % of {name}", number(2, 100.0 * (1.0 - fit.identified(depth)?.value))))
     });
     Some(format!(
         "Eddy currents: an infinitely short pulse meets {}, one that lasts several times {} meets all of it.",
@@ -245,9 +244,8 @@ fn eddies(fit: &Fit) -> Option<String> {
 /// 5°, or L_d is more than 2 % above L_q. None if no angle is stated or the currents agree with it.
 fn contradicted_angle(fit: &Fit) -> Option<String> {
     let stated = fit.stated_angle()?.to_degrees();
-    let of = |name: &str| fit.parameters.iter().find(|estimate| estimate.name == name && estimate.identified);
     let off = |angle: f64| (angle - stated + 180.0).rem_euclid(360.0) - 180.0;
-    let found = of("angle").filter(|angle| {
+    let found = fit.identified("angle").filter(|angle| {
         let half = angle.interval.map_or(0.0, |[low, high]| (high - low) / 2.0);
         off(angle.value).abs() > half.max(5.0)
     });
@@ -258,7 +256,7 @@ fn contradicted_angle(fit: &Fit) -> Option<String> {
             format_args!("{:.1}°", off(angle.value))
         ));
     }
-    let [d, q] = [of("L_d")?, of("L_q")?].map(|estimate| estimate.value);
+    let [d, q] = [fit.identified("L_d")?, fit.identified("L_q")?].map(|estimate| estimate.value);
     (d > 1.02 * q).then(|| {
         "L_d is above L_q, unusual beside a magnet: angle_deg may count from the other axis, 90° away."
             .to_owned()
@@ -331,8 +329,7 @@ fn sentences(fit: &Fit, files: &[String]) -> Vec<String> {
     said.push(ringing(fit));
     said.push("No trace tells a gain that all channels, or the DC link's, have in common: resistance and inductances are in proportion to the link's gain over the channels'.".to_owned());
     let of = |name: &str, value: f64| {
-        let estimate = fit.parameters.iter().find(|estimate| estimate.name == name);
-        let scale = Scale::suiting(estimate.map_or("", |estimate| estimate.unit), value.abs());
+        let scale = Scale::suiting(fit.estimate(name).map_or("", |estimate| estimate.unit), value.abs());
         let value = significant(scale.number(value.abs()), 2);
         format!("{value} {}", scale.unit.replace("ohm", "Ω")).trim_end().to_owned()
     };

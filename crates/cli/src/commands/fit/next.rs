@@ -47,8 +47,7 @@ pub(super) fn law(fit: &Fit) -> Option<String> {
 
 /// Formats the fit's estimate of a drive parameter and the value with which the fit began. Both have three digits.
 fn estimated_and_begun_with(fit: &Fit, one: &Discrepancy) -> [String; 2] {
-    let estimate = fit.parameters.iter().find(|estimate| estimate.name == one.name);
-    [estimate.map_or(f64::NAN, |estimate| estimate.value), one.begun_with].map(|value| {
+    [fit.estimate(&one.name).map_or(f64::NAN, |estimate| estimate.value), one.begun_with].map(|value| {
         let scale = Scale::suiting(one.unit, value.abs());
         format!("{} {}", significant(scale.number(value), 3), scale.unit.replace("ohm", "Ω"))
     })
@@ -180,7 +179,7 @@ fn after_a_misfit(fit: &Fit, again: &str, traces: &[String]) -> Vec<String> {
 
 /// Returns the sentence on slow current probes. None if the fit did not estimate the delay of the probes.
 pub(super) fn probe(fit: &Fit) -> Option<String> {
-    let lag = fit.parameters.iter().find(|estimate| estimate.name == "probe_lag")?.value;
+    let lag = fit.estimate("probe_lag")?.value;
     Some(format!(
         "The currents lag as behind probes of {} bandwidth (first order, {}): the simulation has them so. A probe of ten times that bandwidth makes delay, dead time and drops exact.",
         Quantity::<Hertz>::si(significant(1.0 / (TAU * lag), 2)),
