@@ -37,7 +37,7 @@ use standstill_sim::{
 };
 
 use batch::Batches;
-use information::{Column, Information, Noise, Prior};
+use information::{Information, Noise, Prior, Sensitivity};
 use plant::Parameter;
 use replay::{LINK, TERMINAL, TIME, record};
 use standstill_scenario::{Scenario, Specimen};
@@ -297,8 +297,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
     /// Returns the sensitivity of the readings to the offset of each comparator.
     fn offsets(
         &self,
-        differ: &dyn Fn(Parameter) -> Result<Column, BoundError>,
-    ) -> Result<Vec<Column>, BoundError> {
+        differ: &dyn Fn(Parameter) -> Result<Sensitivity, BoundError>,
+    ) -> Result<Vec<Sensitivity>, BoundError> {
         (0..self.scenario.sensors.comparator.count())
             .map(|number| differ(Parameter::Comparator(number)))
             .collect()
@@ -309,9 +309,9 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
     fn of_specimen(
         &self,
         noise: &Noise,
-        differ: &dyn Fn(Parameter) -> Result<Column, BoundError>,
-        offsets: Vec<Column>,
-    ) -> Result<Vec<(Column, f64)>, BoundError> {
+        differ: &dyn Fn(Parameter) -> Result<Sensitivity, BoundError>,
+        offsets: Vec<Sensitivity>,
+    ) -> Result<Vec<(Sensitivity, f64)>, BoundError> {
         let Scenario { drive, sensors, .. } = self.scenario;
         let currents = match sensors.arrangement {
             Arrangement::None => 0..0,
@@ -351,7 +351,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
     }
 
     /// Returns the nominal readings and the parameters of their noise. `offsets` are the sensitivities to the comparators' offsets.
-    fn noise_of(&self, case: &Case, samples: &Batches, offsets: &[Column]) -> Result<Noise, BoundError> {
+    fn noise_of(&self, case: &Case, samples: &Batches, offsets: &[Sensitivity]) -> Result<Noise, BoundError> {
         let sensors = &self.scenario.sensors;
         let (readings, slope) = samples.readings(case, sensors.jitter).map_err(BoundError::Run)?;
         // Each captured time belongs to one comparator, so the sum over all comparators is the effect of a higher threshold.

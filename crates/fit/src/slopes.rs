@@ -6,7 +6,7 @@ use standstill_inverter::DeviceKind;
 use super::parameters::{Parameter, Point};
 use super::pieces::{Edge, Piece};
 use super::record::{CHANNELS, Request};
-use super::solve::{Column, Problem};
+use super::solve::{Derivative, Problem};
 
 impl Problem {
     /// Returns the derivatives with respect to a parameter that has the same effect as a shift of some edges, in a piece in which
@@ -17,9 +17,9 @@ impl Problem {
         &self,
         parameter: Parameter,
         piece: &Piece,
-        columns: &[Column],
+        columns: &[Derivative],
         shifts: impl Fn(usize) -> bool,
-    ) -> Option<Column> {
+    ) -> Option<Derivative> {
         let place = self.free.iter().position(|free| *free == parameter)?;
         let edges = || columns.iter().filter(|(place, _)| *place >= self.free.len());
         if edges().count() < piece.edges.len() {
@@ -51,7 +51,7 @@ impl Problem {
     /// Returns the derivatives with respect to the switches' resistance: those of the winding's less those of the
     /// diodes'. If they were computed by separate simulations, their different rounding errors would seem to bound the
     /// resistance, although no reading does.
-    pub fn of_switch(&self, columns: &[Column]) -> Option<Column> {
+    pub fn of_switch(&self, columns: &[Derivative]) -> Option<Derivative> {
         let place = |of: Parameter| self.free.iter().position(|free| *free == of);
         let column = |of: Parameter| {
             let place = place(of)?;

@@ -55,7 +55,7 @@ const INTEGRATORS_ERROR: f64 = 2.0;
 const LEAST_DAMPING: f64 = 1e-9;
 
 /// Index of an unknown, and the derivative of each row's currents with respect to it.
-pub type Column = (usize, Vec<[f64; CHANNELS]>);
+pub type Derivative = (usize, Vec<[f64; CHANNELS]>);
 
 /// Score and information of one piece's readings.
 struct Part {
@@ -139,7 +139,7 @@ impl Problem {
             scores: [const { Vec::new() }; CHANNELS],
         };
         // ∂i/∂p of the unknowns that ask for another simulation.
-        let mut columns: Vec<Column> = Vec::new();
+        let mut columns: Vec<Derivative> = Vec::new();
         let mut difference = |place: usize, step: f64, at: &dyn Fn(f64) -> Option<Vec<Sampled>>| {
             // One-sided where the other side is no plant: drops are not negative.
             let (high, low) = (at(step), at(-step));
@@ -194,7 +194,7 @@ impl Problem {
         point: &Point,
         scatter: &[Scatter; CHANNELS],
         nominal: &[Sampled],
-        columns: &[Column],
+        columns: &[Derivative],
         part: &mut Part,
     ) {
         let last = super::parameters::last(self.channels);

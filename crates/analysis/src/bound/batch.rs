@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use standstill_interface::{Command, Nanos};
 use standstill_sim::{Case, RunError};
 
-use super::information::Column;
+use super::information::Sensitivity;
 use super::plant::Parameter;
 use super::replay::{Readings, Sample, every, replay, slope};
 
@@ -53,17 +53,17 @@ impl Batches {
     }
 
     /// Returns the sensitivities of all samples to a parameter. The default step of the difference quotients is multiplied by `scale`.
-    pub fn column(&self, parameter: Parameter, case: &Case, scale: f64) -> Result<Column, RunError> {
-        let mut all: Option<Column> = None;
+    pub fn column(&self, parameter: Parameter, case: &Case, scale: f64) -> Result<Sensitivity, RunError> {
+        let mut all: Option<Sensitivity> = None;
         for batch in &self.0 {
             let column = parameter.column(case, &batch.commands, scale)?;
             let slope = batch.of(column.slope);
             match &mut all {
                 Some(all) => all.slope.extend(slope),
-                None => all = Some(Column { slope, error: column.error }),
+                None => all = Some(Sensitivity { slope, error: column.error }),
             }
         }
-        Ok(all.unwrap_or(Column { slope: Vec::new(), error: Sample::default() }))
+        Ok(all.unwrap_or(Sensitivity { slope: Vec::new(), error: Sample::default() }))
     }
 
     /// Returns the readings of all samples and their time derivatives. Without jitter there are no derivatives.

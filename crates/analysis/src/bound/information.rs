@@ -15,14 +15,14 @@ const MOST_RANK: f64 = 1e-3;
 
 /// Sensitivities of the readings to one parameter.
 #[derive(Clone, Debug)]
-pub struct Column {
+pub struct Sensitivity {
     /// Derivatives ∂/∂p of the values of each sample by the parameter p, in the unit of the value per unit of p.
     pub slope: Vec<Sample>,
     /// Numerical error of a sample's derivative, one for each channel.
     pub error: Sample,
 }
 
-impl Column {
+impl Sensitivity {
     /// Returns true if the effect of the parameter on the readings exceeds the numerical error.
     fn responds(&self) -> bool {
         let count = self.slope.len() as f64;
@@ -120,7 +120,7 @@ impl Noise {
     /// Returns three rows for a parameter p, from which the information matrix J is computed. The first row has ∂x/∂p times the weight of
     /// each reading x. The second has the weighted sum of ∂x/∂p ∂x/∂t over the channels of each sample. The third has this sum times the
     /// sample's factor for jitter, `shared`.
-    fn rows(&self, weights: &[Sample], shared: &[f64], column: &Column) -> [Vec<f64>; 3] {
+    fn rows(&self, weights: &[Sample], shared: &[f64], column: &Sensitivity) -> [Vec<f64>; 3] {
         let flat = weights.as_flattened().iter().zip(column.slope.as_flattened());
         let weighted = flat.map(|(weight, slope)| weight * slope).collect();
         let over_time = weights.iter().zip(&column.slope).zip(&self.slope);
@@ -161,14 +161,14 @@ impl Noise {
 
     /// Returns the sensitivity of a channel to the relative gain error of its sensor. For captured times, it is the sensitivity to the
     /// relative error of the timer's clock.
-    pub fn gain(&self, channel: usize) -> Column {
+    pub fn gain(&self, channel: usize) -> Sensitivity {
         let slope = self.readings.value.iter().map(|value| only(channel, value[channel])).collect();
-        Column { slope, error: [0.0; CHANNELS] }
+        Sensitivity { slope, error: [0.0; CHANNELS] }
     }
 
     /// Returns the sensitivity of a channel to the offset of its sensor.
-    pub fn offset(&self, channel: usize) -> Column {
-        Column { slope: vec![only(channel, 1.0); self.readings.value.len()], error: [0.0; CHANNELS] }
+    pub fn offset(&self, channel: usize) -> Sensitivity {
+        Sensitivity { slope: vec![only(channel, 1.0); self.readings.value.len()], error: [0.0; CHANNELS] }
     }
 }
 
@@ -187,9 +187,9 @@ pub struct Information {
 impl Information {
     /// Computes the information matrix J from the sensitivities in `columns`. Readings without noise are left out; [`Noise::of_exact`]
     /// serves for them. A parameter's row is zero if no reading depends on the parameter.
-    pub fn new(noise: &Noise, columns: &[Column]) -> Self {
+    pub fn new(noise: &Noise, columns: &[Sensitivity]) -> Self {
         let n = columns.len();
-        let live: Vec<bool> = columns.iter().map(Column::responds).collect();
+        let live: Vec<bool> = columns.iter().map(Sensitivity::responds).collect();
         let errors =
             columns.iter().zip(&live).filter(|(_, live)| **live).map(|(column, _)| column.error_of_times());
         let rank = errors.fold(RANK, f64::max).min(MOST_RANK);
@@ -290,8 +290,8 @@ mod tests {
         [a, b, c, 0.0, 0.0, 0.0, 0.0, 0.0]
     }
 
-    fn column(slope: &[[f64; 3]]) -> Column {
-        Column { slope: slope.iter().map(|slope| sample(*slope)).collect(), error: [0.0; CHANNELS] }
+    fn column(slope: &[[f64; 3]]) -> Sensitivity {
+        Sensitivity { slope: slope.iter().map(|slope| sample(*slope)).collect(), error: [0.0; CHANNELS] }
     }
 
     #[test]
@@ -338,7 +338,7 @@ mod tests {
                 value: vec![[0.0; CHANNELS]; samples],
                 measured: vec![[false; CHANNELS]; samples],
             };
-            let mut angle = Column { slope: vec![[0.0; CHANNELS]; samples], error: [0.0; CHANNELS] };
+            let mut angle = Sensitivity { slope: vec![[0.0; CHANNELS]; samples], error: [0.0; CHANNELS] };
             let mut variance = [0.0; CHANNELS];
             for (place, (channel, of, slope)) in all.into_iter().enumerate() {
                 let sample = if samples == 1 { 0 } else { place };

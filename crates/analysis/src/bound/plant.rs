@@ -5,7 +5,7 @@ use standstill_inverter::Inverter;
 use standstill_plant::Motor;
 use standstill_sim::{Case, RunError, Sensors};
 
-use super::information::Column;
+use super::information::Sensitivity;
 use super::replay::{CHANNELS, Sample, TERMINAL, TIME, replay};
 
 /// Parameters of motor and diodes that may be unknown besides the angle.
@@ -136,7 +136,7 @@ impl Parameter {
 
     /// Computes the derivatives of all values of each sample by the parameter. It uses central differences, or one-sided second-order
     /// differences if the parameter would become negative. The default step is multiplied by `scale`.
-    pub fn column(self, case: &Case, commands: &[Command<f64>], scale: f64) -> Result<Column, RunError> {
+    pub fn column(self, case: &Case, commands: &[Command<f64>], scale: f64) -> Result<Sensitivity, RunError> {
         let (nominal, step) = self.step(case, commands);
         let step = match self {
             Self::TurnOn(_) | Self::TurnOff(_) => (step * scale * 1e9).round().max(1.0) * 1e-9,
@@ -170,7 +170,7 @@ impl Parameter {
         let mut error = [current; CHANNELS];
         error[TERMINAL..TIME].fill(VOLTAGE_ERROR * case.inverter.link.voltage);
         error[TIME] = TIME_ERROR;
-        Ok(Column { slope, error: error.map(|error| error / step) })
+        Ok(Sensitivity { slope, error: error.map(|error| error / step) })
     }
 }
 

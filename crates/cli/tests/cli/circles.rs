@@ -25,9 +25,10 @@ fn segments(path: &str) -> Module {
 fn listed(tree: &str, paths: &mut Vec<Module>) {
     let Some((before, inner)) = tree.split_once('{') else {
         let path = tree.split(" as ").next().unwrap_or_default().trim();
-        return if !path.is_empty() {
-            paths.push(segments(path))
-        };
+        if !path.is_empty() {
+            paths.push(segments(path));
+        }
+        return;
     };
     let inner = inner.trim_end().strip_suffix('}').expect("a closed tree");
     let mut depth = 0;
@@ -108,10 +109,8 @@ impl Sources {
         };
         let reached: BTreeMap<&Module, BTreeSet<Module>> =
             self.named.keys().map(|of| (of, reached(of))).collect();
-        let circle = |of| {
-            reached.keys().filter(|to| reached[of].contains(**to) && reached[**to].contains(of)).copied()
-        };
-        self.named.keys().map(|of| circle(of).collect()).collect()
+        let each = |a: &Module, b: &Module| reached[a].contains(b) && reached[b].contains(a);
+        self.named.keys().map(|of| self.named.keys().filter(|to| each(of, to)).collect()).collect()
     }
 }
 
