@@ -5,7 +5,7 @@ use super::script::{LINK, Script, same_bits_in_lanes, stage};
 use Leg::{High, Low, Off};
 use standstill_interface::{Command, Leg, Nanos, Reading, Sampling};
 use standstill_inverter::{Bridge, DcLink, GateTiming, Inverter, OpenLeg};
-use standstill_plant::{Motor, built_in};
+use standstill_plant::{EddyBranch, Motor, built_in};
 use standstill_sim::{Broken, Case, Ended, Fault, Faults, NoProbe, RotorState, Run, Short, referee, run};
 
 fn motor() -> Motor {
@@ -325,5 +325,31 @@ fn regress_shorted_turns_of_an_idle_rotor_follow_the_flux_that_blocked_legs_leav
         let square = driven * driven / (met * met + (speed * (inductance + lag)).powi(2));
         let expected = 1.5 * met * square / 2.0 * std::f64::consts::TAU / speed;
         assert!((found / expected - 1.0).abs() < 1e-6, "{short:?}: {found} J, not {expected} J");
+    }
+}
+
+/// What lags the flux goes on while no current flows: after a pause of many of its time constants a second pulse is the first one again, and
+/// after a short one it is not.
+#[test]
+fn law_a_pause_without_current_lets_what_lags_the_flux_fade() {
+    let plain = motor().linearised();
+    let eddy = EddyBranch { time_constant: 2e-3, d_depth: 0.25, q_depth: 0.15 };
+    let magnetics = plain.magnetics.clone().with_eddy_currents(Some(eddy));
+    let with_eddies = Motor { magnetics, ..plain.clone() };
+    let short = Short { share: 0.3, resistance: 0.1, coupling: 0.9 };
+    let healthy = Case { faults: Faults::default(), ..case(&with_eddies, 0, short, 0.3) };
+    for case in [healthy, case(&plain, 0, short, 0.3)] {
+        let pulses = |pause: u64| {
+            let pulse = hold([High, Low, Low], 150);
+            let (read, _) = play(&case, &[pulse.clone(), hold([Off; 3], pause), pulse]);
+            let idle = &read[read.len() - 16];
+            assert!(
+                idle.current.0.into_iter().all(|i| i.abs() < 1e-9),
+                "no current flows before the second pulse: {idle:?}"
+            );
+            worst(&read[..15], &read[read.len() - 15..]) / read[14].current.0[0].abs()
+        };
+        let [soon, late] = [400, 60_000].map(pulses);
+        assert!(soon > 1e-4 && late < 1e-9, "{soon:e} {late:e}");
     }
 }
