@@ -229,7 +229,7 @@ Arrangement: TypeAlias = Literal["three-in-line", "two-in-line", "low-side-shunt
 Comparators: TypeAlias = Literal["common", "per-leg"]
 
 class SensorsTable(TypedDict, total=False):
-    "The sensors. Deviations are those between specimens, of which each trial draws one."
+    "The sensors. Deviations are between specimens; each trial draws one specimen."
 
     #: Time constant with which the sampling capacitors of the current converters follow the sensors between conversions, through the resistance in front of them; 0: they follow at once.
     acquisition: Union[float, str]
@@ -255,7 +255,7 @@ class SensorsTable(TypedDict, total=False):
     comparator_noise: Union[float, str]
     #: Standard deviation of the offset of each comparator.
     comparator_offset: Union[float, str]
-    #: What the comparators watch: the current in the DC link, or the current of each phase.
+    #: Current that the comparators watch: that of the DC link, or that of each phase.
     comparators: Comparators
     #: Time from one conversion of a channel to the next one of the same sample, at least twice `skew`.
     conversion: Union[float, str]

@@ -341,7 +341,7 @@ fn law_a_pause_without_current_lets_what_lags_the_flux_fade() {
     for case in [healthy, case(&plain, 0, short, 0.3)] {
         let pulses = |pause: u64| {
             let pulse = hold([High, Low, Low], 150);
-            let (read, _) = play(&case, &[pulse.clone(), hold([Off; 3], pause), pulse]);
+            let (read, _) = play(&case, &[pulse, hold([Off; 3], pause), pulse]);
             let idle = &read[read.len() - 16];
             assert!(
                 idle.current.0.into_iter().all(|i| i.abs() < 1e-9),
