@@ -14,7 +14,9 @@ fn error(name: &str) -> String {
 
 #[test]
 fn cross_every_format_gives_the_points_that_were_written() {
-    for name in ["axes.npz", "meshes.npz", "flat_v5.mat", "model_v7.mat", "axes_v7.mat", "model_v73.mat"] {
+    for name in
+        ["axes.npz", "meshes.npz", "dq.npz", "flat_v5.mat", "model_v7.mat", "axes_v7.mat", "model_v73.mat"]
+    {
         let samples = MapSamples::read(&folder().join(name), &Files::default())
             .unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(samples.points.len(), 35, "{name}");
@@ -46,7 +48,7 @@ fn regress_what_is_wrong_with_an_array_is_named() {
             "transposed.npz",
             "i_d along the first index and i_q along the second: here 7 × 5; the fluxes look transposed",
         ),
-        ("complex.npz", "`psi_d_Wb`: numbers of type `<c16`"),
+        ("complex.npz", "`psi_d_Wb`: complex numbers; needed: real floating-point numbers or integers"),
         ("other.mat", "found the variables x; needed: one of these groups: Id, Iq, Fd, Fq; or motorModel"),
         ("part.mat", "found only some of Id, Iq, Fd, Fq; needed: all four"),
         ("generate.py", "found a file ending in `py`; needed: one of csv, txt, tsv, npz, mat"),

@@ -31,7 +31,7 @@ def _options(options: Mapping[str, Any]) -> list[str]:
             words.append(option)
         elif isinstance(value, Mapping):
             for key, setting in value.items():
-                words += [option, f"{key}={_plain(setting)}"]
+                words += [option, f"{key}={_axis(setting) if name == 'vary' else _plain(setting)}"]
         elif isinstance(value, (list, tuple)):
             for item in value:
                 words += [option, _plain(item)]
@@ -42,6 +42,18 @@ def _options(options: Mapping[str, Any]) -> list[str]:
 
 def _plain(value: Any) -> str:
     return value if isinstance(value, str) else os.fspath(value) if isinstance(value, os.PathLike) else toml(value)
+
+
+#: Values of an axis: as the command line has them, such as "5 mA:50 mA:3", or one after the other.
+Axis: TypeAlias = Union[str, Iterable[Union[str, float]]]
+
+
+def _axis(values: Axis) -> str:
+    """An axis as the command line has it; an array's elements are plain numbers."""
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        return _plain(values)
+    plain = [value.item() if hasattr(value, "item") else value for value in values]
+    return ",".join(_plain(value) for value in plain)
 
 
 def _paths(paths: Iterable[Pathlike] | Pathlike) -> list[str]:
@@ -143,7 +155,7 @@ def sweep(
     scenario: Source,
     /,
     *,
-    vary: Mapping[str, str] | None = None,
+    vary: Mapping[str, Axis] | None = None,
     design: DesignKind | None = None,
     points: int | None = None,
     trials: int | None = None,
@@ -164,6 +176,9 @@ def sweep(
     >>> results = st.sweep('[detector]\\nmethod = "bipolar"', vary={"sensors.noise": "5 mA:50 mA:3"}, trials=50)
     >>> [round(point["values"]["sensors.noise"], 4) for point in results.points], results.rows
     ([0.005, 0.0275, 0.05], 150)
+    >>> results = st.sweep('[detector]\\nmethod = "bipolar"', vary={"sensors.noise": [0.005, "20 mA"]}, trials=5)
+    >>> [point["values"]["sensors.noise"] for point in results.points]
+    [0.005, 0.02]
     """
     source, made = _detected(scenario, detector)
     options: dict[str, Any] = {"vary": vary, "design": design, "points": points, "trials": trials, "seed": seed, "stop_at": stop_at}
@@ -177,7 +192,7 @@ def shard(
     /,
     *,
     out: Pathlike,
-    vary: Mapping[str, str] | None = None,
+    vary: Mapping[str, Axis] | None = None,
     trials: int | None = None,
     seed: int | None = None,
     stop_at: Mapping[str, Any] | None = None,

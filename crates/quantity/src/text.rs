@@ -34,14 +34,13 @@ impl fmt::Display for QuantityError {
 impl std::error::Error for QuantityError {}
 
 /// Units that data sheets have and scenarios do not, without blanks: each with the symbol of its dimension and its value in that unit.
-const FOREIGN: [(&str, &str, f64); 12] = [
+const FOREIGN: [(&str, &str, f64); 11] = [
     ("hp", "W", 745.7),
     ("ps", "W", 735.5),
     ("rad/s", "rpm", 30.0 / std::f64::consts::PI),
     ("rps", "rpm", 60.0),
     ("rad", "deg", 180.0 / std::f64::consts::PI),
     ("min", "s", 60.0),
-    ("kgcm2", "kg m²", 1e-4),
     ("gcm2", "kg m²", 1e-7),
     ("ncm", "N m", 1e-2),
     ("kgcm", "N m", 0.098_066_5),
@@ -114,7 +113,13 @@ impl Dimension {
         if self.share && unit == "%" {
             return Some(-2);
         }
-        self.spellings().find_map(|symbol| Prefix::power_of(unit.strip_suffix(symbol)?))
+        let own = self.spellings().find_map(|symbol| Prefix::power_of(unit.strip_suffix(symbol)?));
+        // Data sheets of servo motors have kg cm², which no prefix makes of kg m².
+        own.or_else(|| {
+            (self.symbol == "kg m²"
+                && ["kg cm²", "kg cm2", "kg cm^2", "kgcm2", "kgcm²", "kg·cm²"].contains(&unit))
+            .then_some(-4)
+        })
     }
 
     /// Returns a value in SI as the field writes it.
@@ -174,13 +179,18 @@ mod tests {
         for (dimension, text, hint) in [
             (Watt::DIMENSION, "1.5 hp", "; 1.5 hp are 1.1186 kW"),
             (RevolutionsPerMinute::DIMENSION, "10 rad/s", "; 10 rad/s are 95.493 rpm"),
-            (KilogramSquareMetre::DIMENSION, "3.2 kg·cm²", "; 3.2 kg·cm² are 3.2e-4 kg m²"),
+            (KilogramSquareMetre::DIMENSION, "320 g·cm²", "; 320 g·cm² are 3.2e-5 kg m²"),
             (Ampere::DIMENSION, "10 Arms", "the keys of rms values end in `_rms`"),
             (Henry::DIMENSION, "2 mh", "; did you mean \"2 mH\"?"),
             (RevolutionsPerMinuteVolt::DIMENSION, "40 RPM/V", "; did you mean \"40 rpm/V\"?"),
         ] {
             let refused = dimension.parse(text).expect_err(text).to_string();
             assert!(refused.ends_with(hint), "{refused}");
+        }
+        // A servo motor's unit of inertia is read; the same unit is none of another dimension.
+        for text in ["3.2 kg cm²", "3.2 kg·cm²", "3.2kgcm2", "3.2 kg cm^2"] {
+            assert_eq!(KilogramSquareMetre::DIMENSION.parse(text).expect(text), 3.2e-4);
+            assert!(Watt::DIMENSION.parse(text).is_err());
         }
         // Nothing is guessed of what is not known, and of another dimension.
         for (dimension, text) in

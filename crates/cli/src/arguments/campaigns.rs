@@ -315,6 +315,9 @@ pub struct Init {
     /// Take the data sheet's numbers from a motor configuration that VESC Tool saved as XML
     #[arg(long, value_name = "XML", requires = "motor")]
     pub vesc: Option<PathBuf>,
+    /// Write a data sheet that names this flux map (.csv, .npz, .mat), to be filled in with what a map does not tell
+    #[arg(long, value_name = "FILE", requires = "motor", conflicts_with = "vesc")]
+    pub map: Option<PathBuf>,
 }
 
 #[cfg(feature = "program")]

@@ -3,11 +3,15 @@
 mod vesc;
 
 use std::borrow::Cow;
+use std::ffi::OsStr;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use standstill_plant::Files;
+use standstill_plant::{Files, MapPoint, MapSamples};
+use standstill_quantity::unit::Ampere;
+use standstill_quantity::{Unit as _, significant};
 use standstill_scenario as file;
+use toml::Value;
 
 use crate::arguments::Init;
 use crate::error::Error;
@@ -57,9 +61,37 @@ fn remark(key: &file::Key) -> String {
 /// Template of a data sheet.
 pub const MOTOR: &str = include_str!("init/motor.toml");
 
+/// Template of a data sheet that names a flux map.
+const MAPPED: &str = include_str!("init/mapped.toml");
+
 /// Returns true if the file is an unchanged template of a data sheet.
 pub fn is_template(path: &str) -> bool {
-    Files::default().read(Path::new(path)).is_ok_and(|bytes| *bytes == *MOTOR.as_bytes())
+    // Of a template for a flux map, the lines with names and the map's current are its user's.
+    let but_the_map = |text: &str| -> Vec<String> {
+        let is_name = |line: &&str| ["file", "name", "current"].iter().any(|key| line.starts_with(key));
+        text.lines().filter(|line| !is_name(line)).map(str::to_owned).collect()
+    };
+    let text = Files::default().text(Path::new(path));
+    text.is_ok_and(|text| *text == *MOTOR || but_the_map(&text) == but_the_map(MAPPED))
+}
+
+/// Returns a data sheet that names a flux map. A sheet names its map relative to its own folder.
+fn mapped(sheet: &Path, map: &Path) -> Result<String, Error> {
+    let samples = MapSamples::read(map, &Files::default()).map_err(Error::Map)?;
+    // Rated current of the template: what the map allows, in two digits.
+    let most = |of: fn(&MapPoint) -> f64| samples.points.iter().map(of).fold(0.0, f64::max);
+    let reach = most(|at| at.i_d).min(most(|at| -at.i_d)).min(most(|at| at.i_q.abs()));
+    let current = significant(reach / 1.1, 2);
+    let current = if current > 0.0 { Ampere::DIMENSION.text(current) } else { "30 A".to_owned() };
+    let beside = sheet.parent() == map.parent();
+    let file = match map.file_name() {
+        Some(name) if beside => PathBuf::from(name),
+        _ => std::path::absolute(map).map_err(|error| Error::Read(map.to_owned(), error))?,
+    };
+    let quoted = |text: &OsStr| Value::String(text.to_string_lossy().into_owned()).to_string();
+    let name = quoted(sheet.file_stem().unwrap_or_default());
+    let sheet = MAPPED.replace("\"30 A\"", &format!("\"{current}\"")).replace("\"NAME\"", &name);
+    Ok(sheet.replace("\"MAP\"", &quoted(file.as_os_str())))
 }
 
 pub fn run(options: &Init) -> Result<Report, Error> {
@@ -74,13 +106,14 @@ pub fn run(options: &Init) -> Result<Report, Error> {
         }
         Some(path) => (
             path,
-            match &options.vesc {
-                Some(xml) => {
+            match (&options.vesc, &options.map) {
+                (Some(xml), _) => {
                     let (text, more) = vesc::sheet(xml)?;
                     said = more;
                     Cow::Owned(text)
                 }
-                None => MOTOR.into(),
+                (None, Some(map)) => mapped(path, map)?.into(),
+                (None, None) => MOTOR.into(),
             },
         ),
         None => (&options.file, scenario().into()),
@@ -111,9 +144,26 @@ mod tests {
     use std::path::Path;
 
     use standstill_scenario::{Document, Plan};
-    use toml::{Table, Value};
+    use toml::Table;
 
     use super::*;
+
+    #[test]
+    fn law_a_template_that_nobody_filled_in_is_known() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("mine.toml");
+        let is_known = |text: &str| {
+            std::fs::write(&path, text).expect("written");
+            is_template(path.to_str().expect("UTF-8"))
+        };
+        let named = MAPPED.replace("MAP", "my.csv");
+        assert!(is_known(MOTOR) && is_known(&named));
+        for text in [MOTOR, &named] {
+            assert!(!is_known(&text.replacen("pole_pairs = 4", "pole_pairs = 5", 1)));
+        }
+        // Who fills in what a nameplate has leaves no saturation behind that nobody measured.
+        assert!(!MOTOR.lines().any(|line| line.starts_with("saturation")));
+    }
 
     /// Uncomments the lines that contain a key or a table. Comments in prose stay.
     fn with_comments(text: &str) -> String {
@@ -140,7 +190,7 @@ mod tests {
                 .and_then(|sheet| sheet.motor())
                 .unwrap_or_else(|error| panic!("{error}"))
         };
-        assert!(motor(MOTOR).saturation_is_known());
+        assert!(!motor(MOTOR).saturation_is_known());
         let (head, tail) = MOTOR.split_once("\n[nameplate]").expect("the table");
         let all = format!("{head}\n[nameplate]{}", with_comments(tail));
         let everything = motor(&all);

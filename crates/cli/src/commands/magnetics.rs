@@ -153,9 +153,12 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
                 format!("standstill check {motor}"),
             )
         } else {
+            // What was said of the file here, a data sheet says in [map].
+            let is_plain = options.values.is_none() && options.columns.is_none() && options.beyond.is_none();
+            let map = if is_plain { format!(" --map {}", quoted(&options.motor)) } else { String::new() };
             answer.next(
                 "a data sheet to fill in, whose [map] names this file (docs/own-motor-map.md)",
-                "standstill init --motor mine.toml",
+                format!("standstill init --motor mine.toml{map}"),
             )
         };
     let folder = (!options.json).then(|| options.out.clone());

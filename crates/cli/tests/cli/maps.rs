@@ -312,3 +312,26 @@ fn law_a_limit_that_leaves_the_map_is_left_out_and_the_row_says_why() {
     let why = high["reasons"].as_str().expect("a text");
     assert!(why.contains("no limit: the currents left the motor's flux map"), "{high}");
 }
+
+#[test]
+fn law_a_data_sheet_for_a_map_names_it_and_the_next_command_writes_one() {
+    let folder = folder();
+    let at = folder.path();
+    write_map(&at.join("my map.csv"), 1);
+    let text =
+        String::from_utf8(standstill(&["magnetics", "my map.csv", "--out", "m"], at).stdout).expect("text");
+    assert!(text.contains("standstill init --motor mine.toml --map 'my map.csv'"), "{text}");
+    fs::create_dir(at.join("sheets")).expect("made");
+    for sheet in ["mine.toml", "sheets/mine.toml"] {
+        let output = standstill(&["init", "--motor", sheet, "--map", "my map.csv"], at);
+        assert!(output.status.success(), "{output:?}");
+        let text = String::from_utf8(standstill(&["motors", sheet], at).stdout).expect("text");
+        assert!(text.contains("winding.resistance"), "{text}");
+    }
+    // A sheet beside its map names it by its name, so that both can be moved.
+    assert!(fs::read_to_string(at.join("mine.toml")).expect("a sheet").contains("file = \"my map.csv\""));
+    fs::write(at.join("other.csv"), "a,b,c\n1,2,3\n").expect("written");
+    let message = mistake(&["init", "--motor", "third.toml", "--map", "other.csv"], at);
+    assert!(message.contains("other.csv") && !at.join("third.toml").exists(), "{message}");
+    mistake(&["init", "--map", "my map.csv"], at);
+}

@@ -32,6 +32,8 @@ np.savez_compressed(
     psi_d=np.asfortranarray(psi_d),
     psi_q=np.asfortranarray(psi_q.astype(">f8")),
 )
+# As motulator has them: complex numbers, d + j q.
+np.savez("dq.npz", i_s_dq=np.asfortranarray(d + 1j * q), psi_s_dq=psi_d + 1j * psi_q)
 broken = psi_d.copy()
 broken[2, 3] = np.nan
 np.savez("nan.npz", i_d_A=i_d, i_q_A=i_q, psi_d_Wb=broken, psi_q_Wb=psi_q)

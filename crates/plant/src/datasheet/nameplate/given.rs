@@ -225,6 +225,10 @@ pub(super) fn instead_of(key: &str) -> Option<&'static str> {
         "R" => {
             "a resistance is resistance of a phase, resistance_line_to_line between two terminals, or resistance_delta of a winding in delta"
         }
+        "poles" | "pole_count" => "pole_pairs is half the number of poles",
+        "L_d_line_to_line" | "L_q_line_to_line" | "Ld_line_to_line" | "Lq_line_to_line" => {
+            "the inductances between two terminals are L_line_to_line_min, twice L_d, and L_line_to_line_max, twice L_q"
+        }
         "lambda" | "psi" | "flux" => "a flux linkage is magnet_flux, the peak of a phase",
         _ => return None,
     })
