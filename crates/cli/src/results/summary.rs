@@ -100,6 +100,25 @@ impl SummaryFile {
     }
 }
 
+/// Root mean square in degrees of the axis errors of random answers, which are uniform within ± 90°: 180°/√12.
+const RANDOM_AXIS: f64 = 51.961_524;
+
+/// Least number of answers from which a guess can be told from an answer that is right more often than not.
+const ENOUGH: u64 = 20;
+
+/// Returns a sentence if the axes or the poles of these trials are no better than random ones: the interval of the axis errors' root mean
+/// square reaches that of random axes, or the share of wrong poles is within 1.96 standard deviations of one half.
+fn guess(s: &Summary) -> Option<&'static str> {
+    if s.sectors.is_none() && s.axes >= ENOUGH && s.rms_deg.high >= RANDOM_AXIS {
+        return Some("Random axes have 52° rms and half of the poles wrong: the detector sees no axis.");
+    }
+    let (found, wrong) = (s.found as f64, s.wrong_poles as f64);
+    let excess = 2.0 * wrong - found;
+    let is_half = excess * excess <= 1.96 * 1.96 * found;
+    (s.found >= ENOUGH && is_half)
+        .then_some("Of random poles half are wrong, too: what the detector measures does not tell the pole.")
+}
+
 impl SummaryFile {
     /// Returns in words the number of starts with the wrong pole. Returns none if there are no such starts or if poles are not judged.
     pub fn wrong_poles(&self) -> Option<String> {
@@ -107,7 +126,11 @@ impl SummaryFile {
         let is_judged = wrong > 0 && !self.run.pole_is_open;
         is_judged.then(|| {
             let starts = if wrong == 1 { "start names" } else { "starts name" };
-            format!("{} of {} {starts} the wrong pole.", count(wrong), count(self.trials()))
+            let said = format!("{} of {} {starts} the wrong pole.", count(wrong), count(self.trials()));
+            match self.whole().and_then(guess) {
+                Some(guess) => format!("{said} {guess}"),
+                None => said,
+            }
         })
     }
 
@@ -129,5 +152,31 @@ impl SummaryFile {
                 self.run.trials
             )
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use standstill_campaign::Statistics;
+
+    use super::*;
+
+    #[test]
+    fn law_answers_that_are_no_better_than_random_ones_are_said_to_be() {
+        let none = Statistics::default().summary();
+        let of = |rms: f64, wrong: u64| {
+            let rms_deg = Estimate { value: rms, low: 0.95 * rms, high: 1.05 * rms };
+            Summary { trials: 800, found: 800, axes: 800, wrong_poles: wrong, rms_deg, ..none.clone() }
+        };
+        // 800 coins: 400 ± 28 by 1.96 standard deviations of 14.1.
+        for (wrong, is_guess) in
+            [(400, true), (427, true), (373, true), (429, false), (371, false), (1, false)]
+        {
+            assert_eq!(guess(&of(1.0, wrong)).is_some(), is_guess, "{wrong}");
+        }
+        assert!(guess(&of(57.0, 560)).is_some_and(|said| said.contains("no axis")));
+        assert!(guess(&of(49.0, 560)).is_none());
+        // Three starts are no evidence.
+        assert!(guess(&Summary { found: 3, axes: 3, wrong_poles: 1, ..of(1.0, 1) }).is_none());
     }
 }
