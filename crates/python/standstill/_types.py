@@ -146,7 +146,7 @@ class FaultTable(TypedDict, total=False):
     #: Resistance in the path of `turns-shorted`, or a list of two between which each trial draws one. Default: 0 Ω.
     resistance: Between
 
-#: What the switches are.
+#: Type of the switches.
 DeviceKind: TypeAlias = Literal["igbt", "mosfet"]
 
 #: What an idle leg (both switches off, no current) may do.
