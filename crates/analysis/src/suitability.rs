@@ -99,8 +99,7 @@ pub struct Suitability {
     pub signature: [Signature; 2],
     /// Difference of the two poles' currents near rated current, as a share of the current.
     pub polarity_difference: f64,
-    /// Current of the north pole minus current of the south pole in pulses of half of the rated current, as a share of the south pole's
-    /// current.
+    /// Current of the north pole minus that of the south pole in pulses of half of the rated current, as a share of the latter.
     pub pulse_difference: f64,
     /// The pole that draws more current at the largest allowed current, and the difference of the two currents as a share. None if the
     /// motor's flux map ends below this current.

@@ -62,6 +62,12 @@ pub fn split(text: &str) -> (&str, &str) {
     (number.trim(), unit.trim())
 }
 
+/// Returns a unit in lower case, without blanks, points and signs of powers.
+fn bare(unit: &str) -> String {
+    let bare: String = unit.chars().filter(|c| !matches!(c, ' ' | '·' | '.' | '^')).collect();
+    bare.replace('²', "2").to_lowercase()
+}
+
 impl Dimension {
     /// Returns the value of a text in the SI unit.
     pub(crate) fn parse(&self, text: &str) -> Result<f64, QuantityError> {
@@ -82,8 +88,7 @@ impl Dimension {
     fn hint(&self, text: &str) -> Option<String> {
         let (number, unit) = split(text);
         let value: f64 = number.parse().ok()?;
-        let bare: String = unit.chars().filter(|c| !matches!(c, ' ' | '·' | '.' | '^')).collect();
-        let bare = bare.replace('²', "2").to_lowercase();
+        let bare = bare(unit);
         if let Some((_, _, factor)) =
             FOREIGN.iter().find(|(name, symbol, _)| *name == bare && *symbol == self.symbol)
         {
@@ -115,11 +120,7 @@ impl Dimension {
         }
         let own = self.spellings().find_map(|symbol| Prefix::power_of(unit.strip_suffix(symbol)?));
         // Data sheets of servo motors have kg cm², which no prefix makes of kg m².
-        own.or_else(|| {
-            (self.symbol == "kg m²"
-                && ["kg cm²", "kg cm2", "kg cm^2", "kgcm2", "kgcm²", "kg·cm²"].contains(&unit))
-            .then_some(-4)
-        })
+        own.or_else(|| (self.symbol == "kg m²" && bare(unit) == "kgcm2").then_some(-4))
     }
 
     /// Returns a value in SI as the field writes it.
@@ -187,7 +188,7 @@ mod tests {
             let refused = dimension.parse(text).expect_err(text).to_string();
             assert!(refused.ends_with(hint), "{refused}");
         }
-        // A servo motor's unit of inertia is read; the same unit is none of another dimension.
+        // Data sheets of servo motors give inertias in kg cm². A power has no such unit.
         for text in ["3.2 kg cm²", "3.2 kg·cm²", "3.2kgcm2", "3.2 kg cm^2"] {
             assert_eq!(KilogramSquareMetre::DIMENSION.parse(text).expect(text), 3.2e-4);
             assert!(Watt::DIMENSION.parse(text).is_err());

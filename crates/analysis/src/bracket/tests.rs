@@ -216,7 +216,7 @@ fn law_trials_that_a_forecast_calls_vain_are_bounded() {
     let all: u64 = of_values.values().sum();
     // An attempt may take more values than the one before, so the bound holds within a half.
     assert!(all < 6 * SEARCH.most, "{all} trials at {} values", of_values.len());
-    // Where the most suffice, they are taken as before.
+    // If the largest number of trials makes the interval narrow, the bound does not apply.
     let (found, asked) = judged_by(&SEARCH, |value| vec![(value / 3.0).powf(0.15)]);
     assert!(self::edge(found).narrow && asked.iter().any(|(_, trials)| *trials > SEARCH.most / 2));
 }

@@ -66,7 +66,7 @@ const MAPPED: &str = include_str!("init/mapped.toml");
 
 /// Returns true if the file is an unchanged template of a data sheet.
 pub fn is_template(path: &str) -> bool {
-    // Of a template for a flux map, the lines with names and the map's current are its user's.
+    // `init` itself fills in name, map and current of the template for a flux map, so these lines are not compared.
     let but_the_map = |text: &str| -> Vec<String> {
         let is_name = |line: &&str| ["file", "name", "current"].iter().any(|key| line.starts_with(key));
         text.lines().filter(|line| !is_name(line)).map(str::to_owned).collect()
@@ -161,7 +161,7 @@ mod tests {
         for text in [MOTOR, &named] {
             assert!(!is_known(&text.replacen("pole_pairs = 4", "pole_pairs = 5", 1)));
         }
-        // Who fills in what a nameplate has leaves no saturation behind that nobody measured.
+        // A nameplate has no saturation: an example value would stay in the user's sheet and change the verdict.
         assert!(!MOTOR.lines().any(|line| line.starts_with("saturation")));
     }
 

@@ -153,7 +153,7 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
                 format!("standstill check {motor}"),
             )
         } else {
-            // What was said of the file here, a data sheet says in [map].
+            // A data sheet needs these options as keys of [map], which `init` does not write.
             let is_plain = options.values.is_none() && options.columns.is_none() && options.beyond.is_none();
             let map = if is_plain { format!(" --map {}", quoted(&options.motor)) } else { String::new() };
             answer.next(

@@ -103,7 +103,7 @@ impl SummaryFile {
 /// Root mean square in degrees of the axis errors of random answers, which are uniform within ± 90°: 180°/√12.
 const RANDOM_AXIS: f64 = 51.961_524;
 
-/// Least number of answers from which a guess can be told from an answer that is right more often than not.
+/// Least number of answers for a judgement: the interval of the share of wrong poles among fewer answers is wider than ± 22 %.
 const ENOUGH: u64 = 20;
 
 /// Returns a sentence if the axes or the poles of these trials are no better than random ones: the interval of the axis errors' root mean

@@ -48,7 +48,7 @@ impl Sources {
         let code: Vec<&str> = lines.take_while(|line| !line.starts_with("#[cfg(test)]")).collect();
         let mut paths = Vec::new();
         for statement in code.join(" ").split(';') {
-            // What stands before a `use` in a statement are attributes or the end of an item.
+            // In a statement, attributes or the end of an item may precede the word `use`.
             let begin =
                 statement.rfind("use ").filter(|at| *at == 0 || statement[..*at].ends_with([' ', '}']));
             let Some(at) = begin else {

@@ -126,3 +126,14 @@ fn changed_or_gone(ways: &[usize]) {
         assert!(!at.join("merged").exists(), "nothing half-written stays");
     }
 }
+
+#[test]
+fn law_an_unwritable_folder_is_named() {
+    let folder = folder();
+    // Not even root can make folders in /proc.
+    if Path::new("/proc/self").exists() {
+        let message =
+            mistake(&["reproduce", "--trials", "1", "--out", "/proc/standstill/out"], folder.path());
+        assert!(message.contains("cannot write /proc/standstill/out"), "{message}");
+    }
+}

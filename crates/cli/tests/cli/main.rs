@@ -96,7 +96,7 @@ fn folder() -> TempDir {
     tempfile::tempdir().expect("a temporary folder")
 }
 
-/// Runs with a mistake: exit code 2, nothing on standard output, one line on standard error.
+/// Runs with a mistake: code 2, and one line on standard error alone.
 fn mistake(arguments: &[&str], folder: &Path) -> String {
     let output = standstill(arguments, folder);
     let message = String::from_utf8(output.stderr).expect("text");
@@ -389,15 +389,4 @@ fn law_an_interrupt_keeps_what_is_done() {
     let trials = fs::read_to_string(folder.path().join("out/trials.csv")).expect("trials.csv");
     let done = trials.lines().count() - 1;
     assert!(done > 0 && done < 1_000_000 && trials.ends_with('\n'), "{done}");
-}
-
-#[test]
-fn law_an_unwritable_folder_is_named() {
-    let folder = folder();
-    // Not even root can make folders in /proc.
-    if Path::new("/proc/self").exists() {
-        let message =
-            mistake(&["reproduce", "--trials", "1", "--out", "/proc/standstill/out"], folder.path());
-        assert!(message.contains("cannot write /proc/standstill/out"), "{message}");
-    }
 }

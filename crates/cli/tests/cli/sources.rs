@@ -161,7 +161,7 @@ fn law_each_documented_command_of_tests_names_a_test_that_exists() {
             for filter in &filters {
                 let names = |file: &PathBuf| {
                     let below = file.strip_prefix(root).expect("of this project").with_extension("");
-                    // A name of the project's folders is none of a test.
+                    // The folders down to `src` or `tests` are no part of a test's name.
                     let parts = below.iter().map(|part| part.to_string_lossy());
                     let parts = parts.skip_while(|part| !["src", "tests"].contains(&&**part)).skip(1);
                     let module = parts.collect::<Vec<_>>().join("::");

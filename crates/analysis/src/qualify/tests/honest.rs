@@ -36,7 +36,7 @@ fn law_a_limit_of_the_angle_never_passes_where_answers_are_sectors() {
 }
 
 /// At 5 rpm a rotor with four pole pairs turns by 0.12° in each millisecond, so that the angle of a start of 5 ms is half a degree old at
-/// its end, and right at its instant. An angle without an instant is none of that instant.
+/// its end, and right at its instant. If the detector states no instant, the limit at the instant is not met.
 #[test]
 fn law_a_rotor_that_turns_is_judged_at_the_instant_that_the_detector_states() {
     let turning = "rotor = { state = \"driven\", speed = \"5 rpm\" }\ndetector.method = \"bipolar\"\n";

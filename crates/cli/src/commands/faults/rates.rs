@@ -106,5 +106,5 @@ impl Weighted {
 
 /// Formats a sum of rates in three significant digits: rates are seldom known better.
 fn rounded(rate: f64) -> String {
-    standstill_quantity::short(format!("{rate:.2e}").parse().unwrap_or(rate))
+    standstill_quantity::short(standstill_quantity::significant(rate, 3))
 }

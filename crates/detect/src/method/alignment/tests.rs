@@ -37,7 +37,7 @@ fn outcome(settings: AlignmentSettings<f64>, swept: f64, leak: f64, noise: f64, 
     outcome_with(settings, swept, leak, noise, seed, |vector| vector)
 }
 
-/// The same, where a winding makes `flowing` of the current that the sound one carries.
+/// Returns the outcome if the winding carries the current `flowing(i)` in place of the current i of a sound winding.
 fn outcome_with(
     settings: AlignmentSettings<f64>,
     swept: f64,
